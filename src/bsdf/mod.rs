@@ -1,0 +1,1 @@
+//! Bidirectional scattering distribution functions of windows: reading, checking, making, converting.

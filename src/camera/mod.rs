@@ -1,0 +1,1 @@
+//! Radiance views: from pixels to rays and back.

@@ -1,0 +1,59 @@
+//! Command line: one module per verb. Each verb has an `Args` (clap) and
+//! `run(args, warnings) -> Result<ExitCode>`; this module chooses the verb and prints errors.
+
+mod multiply;
+mod sky;
+
+use clap::{Parser, Subcommand};
+use lucarne::{Result, Warnings};
+use std::process::ExitCode;
+
+/// Annual daylight and glare simulation of rooms with complex windows, on any GPU.
+#[derive(Parser)]
+#[command(name = "lucarne", version, about, propagate_version = true, allow_negative_numbers = true)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Sky matrix from a weather file (as gendaymtx).
+    Sky(sky::Args),
+    /// Product of matrices V·T·D·S (as dctimestep).
+    Multiply(multiply::Args),
+}
+
+pub fn main() -> ExitCode {
+    let arguments = radiance_style_arguments(std::env::args_os());
+    let cli = Cli::parse_from(arguments);
+    let mut warnings = Warnings::new();
+    let result: Result<ExitCode> = match cli.verb {
+        Verb::Sky(args) => sky::run(args, &mut warnings),
+        Verb::Multiply(args) => multiply::run(args, &mut warnings),
+    };
+    for warning in warnings.iter() {
+        eprintln!("lucarne: warning: {warning}");
+    }
+    match result {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("lucarne: error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Lets Radiance's single-dash words (`-ab 4`, `-vta`, `-of`) pass through clap, which knows only
+/// `--ab`: a single dash followed by two or more letters becomes a double dash. `-O0`, `-5` and
+/// single letters stay as they are.
+fn radiance_style_arguments(arguments: impl Iterator<Item = std::ffi::OsString>) -> Vec<std::ffi::OsString> {
+    arguments
+        .map(|a| match a.to_str() {
+            Some(s) if s.len() > 2 && s.starts_with('-') && s[1..].chars().take(2).all(|c| c.is_ascii_alphabetic()) => {
+                format!("-{s}").into()
+            }
+            _ => a,
+        })
+        .collect()
+}

@@ -1,0 +1,1 @@
+//! Glare: sources in a picture, and the indices made of them.

@@ -1,0 +1,31 @@
+//! Pictures: RGBE, EXR, PNG and falsecolour.
+
+use crate::error::{Error, Result};
+
+/// An RGB picture of radiance, W/m²sr: `pixels[y * width + x]`, row 0 on top, column 0 on the left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Pixels per row.
+    pub width: usize,
+    /// Number of rows.
+    pub height: usize,
+    /// RGB radiance, exposure already undone.
+    pub pixels: Vec<[f32; 3]>,
+    /// The view it shows as Radiance options (`-vta -vp …`), if the file tells.
+    pub view: Option<String>,
+    /// Other header lines, kept for writing, without line ends.
+    pub header: Vec<String>,
+}
+
+impl Picture {
+    /// A picture from its pixels.
+    ///
+    /// # Errors
+    /// If the number of pixels does not fit.
+    pub fn new(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Self> {
+        if width == 0 || height == 0 || width.checked_mul(height) != Some(pixels.len()) {
+            return Err(Error::new(format!("{} pixels do not fill a picture of {width} × {height}", pixels.len())));
+        }
+        Ok(Self { width, height, pixels, view: None, header: Vec::new() })
+    }
+}

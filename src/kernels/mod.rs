@@ -1,0 +1,1 @@
+//! One module per kernel: host half and f64 reference.

@@ -1,0 +1,158 @@
+//! What the tracer sees: triangles with materials, and the windows between inside and outside.
+//!
+//! Readers ([`rad`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
+//! acceleration structure rebases them near the origin.
+
+pub mod rad;
+
+use crate::bins::{AngleBasis, Frame};
+use glam::DVec3;
+
+/// Index into [`Scene::materials`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialIndex(pub u32);
+
+/// How a surface answers to light. Colours are RGB in 0…1, radiances W/m²sr; parameters as in
+/// Radiance's reference manual.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MaterialKind {
+    /// Diffuse of the given colour and an uncoloured specular part.
+    Plastic {
+        /// Colour.
+        color: [f64; 3],
+        /// Specular fraction.
+        specularity: f64,
+        /// RMS facet slope; 0 is a perfect mirror component.
+        roughness: f64,
+    },
+    /// As plastic, with the specular part coloured too.
+    Metal {
+        /// Colour.
+        color: [f64; 3],
+        /// Specular fraction.
+        specularity: f64,
+        /// RMS facet slope.
+        roughness: f64,
+    },
+    /// Translucent: diffuse and specular, reflected and transmitted.
+    Trans {
+        /// Colour.
+        color: [f64; 3],
+        /// Specular fraction.
+        specularity: f64,
+        /// RMS facet slope.
+        roughness: f64,
+        /// Fraction of the non-specular light that is transmitted.
+        transmissivity: f64,
+        /// Fraction of the transmitted light that is not scattered.
+        transmitted_specularity: f64,
+    },
+    /// A thin pane.
+    Glass {
+        /// Transmissivity (of the material for one pass at normal incidence, not transmittance).
+        transmissivity: [f64; 3],
+        /// Refraction index (1.52 by default).
+        refraction_index: f64,
+    },
+    /// A perfect mirror.
+    Mirror {
+        /// Reflectance.
+        color: [f64; 3],
+    },
+    /// A light source: absorbs rays, emits `radiance`.
+    Light {
+        /// Emitted radiance.
+        radiance: [f64; 3],
+    },
+    /// A glowing surface: absorbs rays, emits `radiance`.
+    Glow {
+        /// Emitted radiance.
+        radiance: [f64; 3],
+        /// Distance within which it is treated as a light source (Radiance's `maxrad`).
+        max_radius: f64,
+    },
+    /// No interaction at all: rays go on (an `alias` or surface of modifier `void`).
+    Void,
+}
+
+/// A named material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Identifier in the scene file.
+    pub name: String,
+    /// Behaviour.
+    pub kind: MaterialKind,
+}
+
+/// One triangle. Its front is the side from which the vertices run counter-clockwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Triangle {
+    /// Corners.
+    pub vertices: [DVec3; 3],
+    /// Material.
+    pub material: MaterialIndex,
+    /// Index into [`Scene::surfaces`].
+    pub surface: u32,
+}
+
+/// Where a group of triangles came from, for messages.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SurfaceOrigin {
+    /// Identifier of the surface in its file.
+    pub name: String,
+    /// File it was read from.
+    pub file: std::path::PathBuf,
+    /// Line of its first word.
+    pub line: usize,
+}
+
+/// Infinitely distant source (`source` primitive): the sky, the ground or a sun.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistantSource {
+    /// Identifier in its file.
+    pub name: String,
+    /// Name of its modifier (for instance `sol2933`).
+    pub modifier: String,
+    /// Direction towards the source, unit length.
+    pub direction: DVec3,
+    /// Full opening angle, degrees.
+    pub angle: f64,
+    /// Emitted radiance.
+    pub radiance: [f64; 3],
+}
+
+/// Everything read from the scene files.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scene {
+    /// All surfaces, cut into triangles.
+    pub triangles: Vec<Triangle>,
+    /// All materials in use.
+    pub materials: Vec<Material>,
+    /// Origin of each surface.
+    pub surfaces: Vec<SurfaceOrigin>,
+    /// Distant sources.
+    pub sources: Vec<DistantSource>,
+}
+
+/// A window: the receiver of view rays and sender of daylight rays. All its polygons share one
+/// modifier, one normal (area-weighted mean, pointing **into the room**) and one basis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Window {
+    /// Modifier of its polygons in the file, or the project's name for it.
+    pub name: String,
+    /// Its area, cut into triangles.
+    pub triangles: Vec<[DVec3; 3]>,
+    /// Local frame (normal into the room, up vector).
+    pub frame: Frame,
+    /// Directional basis of V's columns and D's rows.
+    pub basis: AngleBasis,
+    /// Where it was read from.
+    pub origin: SurfaceOrigin,
+}
+
+impl Window {
+    /// Area in m².
+    pub fn area(&self) -> f64 {
+        self.triangles.iter().map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
+    }
+}

@@ -1,0 +1,1 @@
+//! Skies: Perez all-weather luminance on Reinhart patches, one column per hour.

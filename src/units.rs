@@ -1,0 +1,22 @@
+//! Units and conventions, stated once.
+//!
+//! World axes: +X east, +Y north, +Z up; lengths in metres (any unit works as long as a scene uses
+//! one). Azimuth is measured from north, clockwise seen from above, unless a function says
+//! otherwise. Radiometry inside: radiance in W/m²sr, irradiance in W/m²; luminance cd/m² and
+//! illuminance lx only at the boundary.
+
+/// Luminous efficacy by which Radiance turns radiance into luminance, lm/W
+/// (`WHTEFFICACY` in Radiance's `color.h`).
+pub const LUMINOUS_EFFICACY: f64 = 179.0;
+
+/// Photopic weights of Radiance's RGB primaries; they sum to 1
+/// (`CIE_rf`, `CIE_gf`, `CIE_bf` in Radiance's `color.h`).
+pub const BRIGHTNESS_WEIGHTS: [f64; 3] = [0.265_074_126, 0.670_114_631, 0.064_811_243];
+
+/// RGB (ir)radiance to (il)luminance: [`LUMINOUS_EFFICACY`] × [`BRIGHTNESS_WEIGHTS`], about
+/// 47.448 119.951 11.601; what `rmtxop -c Y` applies.
+pub const ILLUMINANCE_WEIGHTS: [f64; 3] =
+    [LUMINOUS_EFFICACY * BRIGHTNESS_WEIGHTS[0], LUMINOUS_EFFICACY * BRIGHTNESS_WEIGHTS[1], LUMINOUS_EFFICACY * BRIGHTNESS_WEIGHTS[2]];
+
+/// Angular diameter of the sun's disc, degrees.
+pub const SUN_DIAMETER_DEG: f64 = 0.533;

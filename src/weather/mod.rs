@@ -1,0 +1,1 @@
+//! Weather files and the position of the sun.

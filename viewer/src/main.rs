@@ -1,0 +1,2 @@
+//! Viewer for Lucarne's results.
+fn main() {}
