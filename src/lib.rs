@@ -18,6 +18,8 @@ pub mod progress;
 pub mod scene;
 pub mod simulate;
 pub mod sky;
+#[cfg(test)]
+mod testing;
 pub mod units;
 pub mod weather;
 
