@@ -1,0 +1,202 @@
+// Rays against triangles: eight-wide compressed bounding volume hierarchy (Ylitie, Karras, Laine,
+// HPG 2017) as built by the obvhs crate, and a triangle test without gaps along shared edges.
+//
+// A node is five vec4<u32>: (origin xyz, exponents and inner mask), (first child, first triangle,
+// child meta 0-3, 4-7), then per axis the quantised child limits (min 0-3, min 4-7, max 0-3, max 4-7).
+// A triangle is three vec4<f32>: corners, the first with the material index in w.
+
+const NO_TRIANGLE: u32 = 0xffffffffu;
+const FAR_AWAY: f32 = 1e30;
+const STACK_SIZE: u32 = 24u;
+
+@group(0) @binding(0) var<storage, read> bvh_nodes: array<vec4<u32>>;
+@group(0) @binding(1) var<storage, read> bvh_triangles: array<vec4<f32>>;
+
+// Whether a traversal of this invocation ended without emptying its stack: a driver that cuts
+// loops short, or a stack that overflowed. Such a path is not counted as finished.
+var<private> traversal_failed: bool = false;
+
+struct Hit {
+    distance: f32,
+    triangle: u32,
+    // Barycentric coordinates of the second and third corner.
+    barycentric: vec2<f32>,
+}
+
+struct TriangleHit {
+    distance: f32,
+    barycentric: vec2<f32>,
+}
+
+// Distance along the ray, or FAR_AWAY. The three edge values of a shared edge are exactly opposite
+// in the two triangles, so no ray slips between them.
+fn intersect_triangle(triangle: u32, origin: vec3<f32>, direction: vec3<f32>, nearest: f32) -> TriangleHit {
+    let a = bvh_triangles[triangle * 3u].xyz - origin;
+    let b = bvh_triangles[triangle * 3u + 1u].xyz - origin;
+    let c = bvh_triangles[triangle * 3u + 2u].xyz - origin;
+    let u = dot(cross(c, b), direction);
+    let v = dot(cross(a, c), direction);
+    let w = dot(cross(b, a), direction);
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    let determinant = u + v + w;
+    if !inside || determinant == 0.0 {
+        return TriangleHit(FAR_AWAY, vec2<f32>(0.0));
+    }
+    let scale = 1.0 / determinant;
+    let distance = dot(a * (u * scale) + b * (v * scale) + c * (w * scale), direction);
+    if !(distance > 0.0 && distance < nearest) {
+        return TriangleHit(FAR_AWAY, vec2<f32>(0.0));
+    }
+    return TriangleHit(distance, vec2<f32>(v * scale, w * scale));
+}
+
+fn bytes_to_f32(packed: u32) -> vec4<f32> {
+    return vec4<f32>(unpack4xU8(packed));
+}
+
+// Bits of the children hit among four: inner nodes in the high byte in order of traversal,
+// triangles in the low 24 bits.
+fn hit_four(
+    meta_bytes: u32, octant: u32,
+    near_x: vec4<f32>, far_x: vec4<f32>, near_y: vec4<f32>, far_y: vec4<f32>, near_z: vec4<f32>, far_z: vec4<f32>,
+    nearest: f32,
+) -> u32 {
+    let inner = ((meta_bytes & (meta_bytes << 1u)) & 0x10101010u) >> 4u;
+    let inner_mask = inner * 0xffu;
+    let shift = unpack4xU8((meta_bytes ^ (octant & inner_mask)) & 0x1f1f1f1fu);
+    let bits = unpack4xU8((meta_bytes >> 5u) & 0x07070707u);
+    let enter = max(max(near_x, near_y), max(near_z, vec4<f32>(0.0)));
+    let leave = min(min(far_x, far_y), min(far_z, vec4<f32>(nearest)));
+    let mask = select(vec4<u32>(0u), bits << shift, enter <= leave);
+    return mask.x | mask.y | mask.z | mask.w;
+}
+
+fn intersect_node(node: u32, origin: vec3<f32>, inverse: vec3<f32>, octant: u32, nearest: f32, n0: vec4<u32>, n1: vec4<u32>) -> u32 {
+    let n2 = bvh_nodes[node * 5u + 2u];
+    let n3 = bvh_nodes[node * 5u + 3u];
+    let n4 = bvh_nodes[node * 5u + 4u];
+    let exponents = n0.w;
+    let cell = vec3<f32>(
+        bitcast<f32>((exponents & 0xffu) << 23u),
+        bitcast<f32>(((exponents >> 8u) & 0xffu) << 23u),
+        bitcast<f32>(((exponents >> 16u) & 0xffu) << 23u),
+    );
+    let step = cell * inverse;
+    let start = (bitcast<vec3<f32>>(n0.xyz) - origin) * inverse;
+    let x = select(n2.xyzw, n2.zwxy, inverse.x < 0.0);
+    let y = select(n3.xyzw, n3.zwxy, inverse.y < 0.0);
+    let z = select(n4.xyzw, n4.zwxy, inverse.z < 0.0);
+    let low = hit_four(
+        n1.z, octant,
+        bytes_to_f32(x.x) * step.x + start.x, bytes_to_f32(x.z) * step.x + start.x,
+        bytes_to_f32(y.x) * step.y + start.y, bytes_to_f32(y.z) * step.y + start.y,
+        bytes_to_f32(z.x) * step.z + start.z, bytes_to_f32(z.z) * step.z + start.z, nearest,
+    );
+    let high = hit_four(
+        n1.w, octant,
+        bytes_to_f32(x.y) * step.x + start.x, bytes_to_f32(x.w) * step.x + start.x,
+        bytes_to_f32(y.y) * step.y + start.y, bytes_to_f32(y.w) * step.y + start.y,
+        bytes_to_f32(z.y) * step.z + start.z, bytes_to_f32(z.w) * step.z + start.z, nearest,
+    );
+    return low | high;
+}
+
+// Inverse of a direction without zeros, so that slabs give no NaN.
+fn safe_inverse(direction: vec3<f32>) -> vec3<f32> {
+    let tiny = vec3<f32>(1e-20);
+    let d = select(direction, select(-tiny, tiny, direction >= vec3<f32>(0.0)), abs(direction) < tiny);
+    return 1.0 / d;
+}
+
+fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any_hit: bool) -> Hit {
+    var hit = Hit(farthest, NO_TRIANGLE, vec2<f32>(0.0));
+    let inverse = safe_inverse(direction);
+    let octant = select(0x04040404u, 0u, inverse.x < 0.0) | select(0x02020202u, 0u, inverse.y < 0.0) | select(0x01010101u, 0u, inverse.z < 0.0);
+    var stack: array<vec2<u32>, STACK_SIZE>;
+    var stack_size = 0u;
+    var nodes = vec2<u32>(0u, 0x80000000u);
+    var finished = false;
+    loop {
+        var triangles = vec2<u32>(0u, 0u);
+        if (nodes.y & 0xff000000u) != 0u {
+            let child_bit = firstLeadingBit(nodes.y);
+            let hits = nodes.y;
+            nodes.y &= ~(1u << child_bit);
+            if (nodes.y & 0xff000000u) != 0u {
+                if stack_size == STACK_SIZE {
+                    break;
+                }
+                stack[stack_size] = nodes;
+                stack_size += 1u;
+            }
+            let slot = (child_bit - 24u) ^ (octant & 0xffu);
+            let node = nodes.x + countOneBits(hits & ~(0xffffffffu << slot));
+            let n0 = bvh_nodes[node * 5u];
+            let n1 = bvh_nodes[node * 5u + 1u];
+            let mask = intersect_node(node, origin, inverse, octant, hit.distance, n0, n1);
+            nodes = vec2<u32>(n1.x, (mask & 0xff000000u) | (n0.w >> 24u));
+            triangles = vec2<u32>(n1.y, mask & 0x00ffffffu);
+        }
+        while triangles.y != 0u {
+            let bit = firstLeadingBit(triangles.y);
+            triangles.y &= ~(1u << bit);
+            let index = triangles.x + bit;
+            let found = intersect_triangle(index, origin, direction, hit.distance);
+            if found.distance < hit.distance {
+                hit = Hit(found.distance, index, found.barycentric);
+                if any_hit {
+                    triangles.y = 0u;
+                }
+            }
+        }
+        if any_hit && hit.triangle != NO_TRIANGLE {
+            finished = true;
+            break;
+        }
+        if (nodes.y & 0xff000000u) == 0u {
+            if stack_size == 0u {
+                finished = true;
+                break;
+            }
+            stack_size -= 1u;
+            nodes = stack[stack_size];
+        }
+    }
+    if !finished {
+        traversal_failed = true;
+    }
+    return hit;
+}
+
+// The nearest triangle within `farthest`.
+fn closest_hit(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> Hit {
+    return traverse(origin, direction, farthest, false);
+}
+
+// Unit normal of a triangle's front side.
+fn triangle_normal(triangle: u32) -> vec3<f32> {
+    let a = bvh_triangles[triangle * 3u].xyz;
+    let b = bvh_triangles[triangle * 3u + 1u].xyz;
+    let c = bvh_triangles[triangle * 3u + 2u].xyz;
+    return normalize(cross(b - a, c - a));
+}
+
+fn triangle_material(triangle: u32) -> u32 {
+    return bitcast<u32>(bvh_triangles[triangle * 3u].w);
+}
+
+// The point of a hit, more exact than origin + distance · direction.
+fn hit_point(hit: Hit) -> vec3<f32> {
+    let a = bvh_triangles[hit.triangle * 3u].xyz;
+    let b = bvh_triangles[hit.triangle * 3u + 1u].xyz;
+    let c = bvh_triangles[hit.triangle * 3u + 2u].xyz;
+    return a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y;
+}
+
+// A start beside a surface, far enough that rounding cannot hit the same surface again. `side` is
+// the unit normal of the side on which the ray goes on. Coordinates are in units of the window's
+// size with the origin near it.
+fn offset_from_surface(point: vec3<f32>, side: vec3<f32>) -> vec3<f32> {
+    let size = max(max(abs(point.x), abs(point.y)), abs(point.z)) + 0.5;
+    return point + side * (size * 4e-6);
+}

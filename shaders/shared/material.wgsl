@@ -1,0 +1,173 @@
+// How surfaces answer to light: Radiance's plastic, metal, trans, glass and mirror.
+//
+// Light paths may be followed in either direction: every model here is reciprocal and none refracts.
+
+import package::shared::random::{sample_pair};
+
+const MATERIAL_ABSORBER: u32 = 0u;   // window, light, glow: ends a path
+const MATERIAL_SURFACE: u32 = 1u;    // plastic, metal, trans
+const MATERIAL_GLASS: u32 = 2u;
+const MATERIAL_MIRROR: u32 = 3u;
+
+// Specular fraction from which Radiance applies its Fresnel approximation to smooth surfaces
+// (FRESTHRESH).
+const FRESNEL_THRESHOLD: f32 = 0.018;
+
+struct Material {
+    // Diffuse reflectance.
+    diffuse: vec3<f32>,
+    kind: u32,
+    // Specular reflectance (of the front for mirrors); transmissivity for glass.
+    specular: vec3<f32>,
+    // RMS facet slope; refraction index for glass.
+    roughness: f32,
+    // Diffuse transmittance.
+    diffuse_transmitted: vec3<f32>,
+    padding0: u32,
+    // Specular (straight through) transmittance.
+    specular_transmitted: vec3<f32>,
+    padding1: u32,
+}
+
+@group(0) @binding(2) var<storage, read> materials: array<Material>;
+
+const LOBE_NONE: u32 = 0u;
+const LOBE_DIFFUSE: u32 = 1u;
+const LOBE_SPECULAR: u32 = 2u;
+
+struct Scatter {
+    // LOBE_NONE: absorbed.
+    lobe: u32,
+    // Whether the path goes on on the other side of the surface.
+    transmitted: bool,
+    // Factor on the path's weight.
+    weight: vec3<f32>,
+    // Specular only; a diffuse direction is drawn by the caller when it needs one.
+    direction: vec3<f32>,
+}
+
+fn largest(v: vec3<f32>) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+// Two unit vectors that complete n to a frame (Duff et al., JCGT 2017).
+fn tangent_frame(n: vec3<f32>) -> mat3x3<f32> {
+    let s = select(-1.0, 1.0, n.z >= 0.0);
+    let a = -1.0 / (s + n.z);
+    let b = n.x * n.y * a;
+    return mat3x3<f32>(vec3<f32>(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3<f32>(b, s + n.y * n.y * a, -n.y), n);
+}
+
+// Cosine-distributed direction around the unit vector n.
+fn cosine_direction(n: vec3<f32>, random: vec2<f32>) -> vec3<f32> {
+    let radius = sqrt(random.x);
+    let phi = 6.283185307179586 * random.y;
+    let local = vec3<f32>(radius * cos(phi), radius * sin(phi), sqrt(max(1.0 - random.x, 0.0)));
+    return normalize(tangent_frame(n) * local);
+}
+
+// Transmittance and reflectance of a pane, all internal reflections included, both polarisations
+// averaged (Radiance glass).
+fn glass_pane(transmissivity: vec3<f32>, index: f32, cosine: f32) -> array<vec3<f32>, 2> {
+    let inside = sqrt(max(1.0 - (1.0 - cosine * cosine) / (index * index), 0.0));
+    let pass = pow(transmissivity, vec3<f32>(1.0 / inside));
+    let s = (cosine - index * inside) / (cosine + index * inside);
+    let p = (inside - index * cosine) / (inside + index * cosine);
+    var transmitted = vec3<f32>(0.0);
+    var reflected = vec3<f32>(0.0);
+    for (var polarisation = 0u; polarisation < 2u; polarisation++) {
+        let amplitude = select(p, s, polarisation == 0u);
+        let r = amplitude * amplitude;
+        let losses = 1.0 - r * r * pass * pass;
+        transmitted += 0.5 * (1.0 - r) * (1.0 - r) * pass / losses;
+        reflected += 0.5 * r * (1.0 + (1.0 - 2.0 * r) * pass * pass) / losses;
+    }
+    return array<vec3<f32>, 2>(transmitted, reflected);
+}
+
+// Draws what happens to light travelling along `incoming` at a surface with unit normal `facing`
+// (on the side of arrival). `front` tells whether that is the front side.
+fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bool, choice: f32, slope: vec2<f32>) -> Scatter {
+    var result = Scatter(LOBE_NONE, false, vec3<f32>(0.0), incoming);
+    let cosine = max(-dot(incoming, facing), 1e-6);
+    let mirrored = incoming + 2.0 * cosine * facing;
+    if material.kind == MATERIAL_MIRROR {
+        if front {
+            result = Scatter(LOBE_SPECULAR, false, material.specular, mirrored);
+        }
+        return result;
+    }
+    if material.kind == MATERIAL_GLASS {
+        let pane = glass_pane(material.specular, material.roughness, cosine);
+        let share = largest(pane[0]) / max(largest(pane[0]) + largest(pane[1]), 1e-20);
+        if choice < share {
+            result = Scatter(LOBE_SPECULAR, true, pane[0] / share, incoming);
+        } else {
+            result = Scatter(LOBE_SPECULAR, false, pane[1] / (1.0 - share), mirrored);
+        }
+        return result;
+    }
+    if material.kind != MATERIAL_SURFACE {
+        return result;
+    }
+    let smooth_surface = material.roughness * material.roughness <= 1e-6;
+    var specular = material.specular;
+    var rest = 1.0;
+    if smooth_surface && largest(specular) >= FRESNEL_THRESHOLD {
+        // Vanishes at normal incidence: exp(-5.85) is subtracted.
+        let fresnel = exp(-5.85 * cosine) - 0.00287989916;
+        specular += fresnel * (1.0 - specular);
+        rest = 1.0 - fresnel;
+    }
+    let diffuse = material.diffuse * rest;
+    let diffuse_transmitted = material.diffuse_transmitted * rest;
+    let specular_transmitted = material.specular_transmitted * rest;
+    // Analog choice among four lobes, each in proportion to its strongest channel.
+    let p_diffuse = largest(diffuse);
+    let p_diffuse_transmitted = largest(diffuse_transmitted);
+    let p_specular = largest(specular);
+    let p_through = largest(specular_transmitted);
+    let total = p_diffuse + p_diffuse_transmitted + p_specular + p_through;
+    if total <= 0.0 {
+        return result;
+    }
+    var pick = choice * total;
+    if pick < p_diffuse {
+        return Scatter(LOBE_DIFFUSE, false, diffuse * (total / p_diffuse), incoming);
+    }
+    pick -= p_diffuse;
+    if pick < p_diffuse_transmitted {
+        return Scatter(LOBE_DIFFUSE, true, diffuse_transmitted * (total / p_diffuse_transmitted), incoming);
+    }
+    pick -= p_diffuse_transmitted;
+    if pick < p_specular {
+        var direction = mirrored;
+        if !smooth_surface {
+            // Half vector by Ward's Gaussian of slopes.
+            let tan2 = -material.roughness * material.roughness * log(max(1.0 - slope.x, 1e-12));
+            let phi = 6.283185307179586 * slope.y;
+            let tan_h = sqrt(tan2);
+            let half_vector = normalize(tangent_frame(facing) * vec3<f32>(tan_h * cos(phi), tan_h * sin(phi), 1.0));
+            direction = incoming - 2.0 * dot(incoming, half_vector) * half_vector;
+            if dot(direction, facing) <= 0.0 {
+                return result;
+            }
+        }
+        return Scatter(LOBE_SPECULAR, false, specular * (total / p_specular), normalize(direction));
+    }
+    if p_through <= 0.0 {
+        return result;
+    }
+    var direction = incoming;
+    if !smooth_surface {
+        // Gaussian spread around the through direction (Radiance trans).
+        let spread = material.roughness * sqrt(-log(max(1.0 - slope.x, 1e-12)));
+        let phi = 6.283185307179586 * slope.y;
+        let frame = tangent_frame(incoming);
+        direction = normalize(incoming + frame[0] * (spread * cos(phi)) + frame[1] * (spread * sin(phi)));
+        if dot(direction, facing) >= 0.0 {
+            return result;
+        }
+    }
+    return Scatter(LOBE_SPECULAR, true, specular_transmitted * (total / max(p_through, 1e-20)), direction);
+}
