@@ -1,27 +1,30 @@
-// Directional bins: rings of a window basis, and Reinhart sky patches.
+// Directional bins: rings of a window's basis, and Reinhart sky patches.
 
-import package::shared::random::{unit_f32};
+const TAU: f32 = 6.283185307179586;
 
-// One ring of a window's basis. Cosines squared, because acos is inexact on some devices.
+// One ring of a window's basis. Squared cosines, because acos is inexact on some devices.
 struct Ring {
-    cos2_low: f32,    // at the lower polar limit (1 at the pole)
-    cos2_high: f32,   // at the upper polar limit (0 at the horizon)
+    // At the lower polar limit (1 at the pole).
+    cos2_low: f32,
+    // At the upper polar limit (0 at the horizon).
+    cos2_high: f32,
+    // First bin, counted within the window.
     first: u32,
     bins: u32,
 }
 
-const TAU: f32 = 6.283185307179586;
-
-// Position of an azimuth in a ring of `bins` bins, the first centred on azimuth 0.
-fn azimuth_bin(azimuth: f32, bins: u32) -> u32 {
-    let turns = azimuth / TAU * f32(bins) + 0.5 + f32(bins);
-    return u32(floor(turns)) % bins;
-}
-
-// Altitude rows of a Reinhart sky: sines of their lower limits, first index, patches.
+// A row of sky patches, or the zenith cap (one patch). The last entry of the table is a sentinel
+// whose lower limit is above the zenith.
 struct SkyRow {
+    // Sine of the lower altitude limit.
     sin_low: f32,
     first: u32,
     patches: u32,
     padding: u32,
+}
+
+// Position of an azimuth (radians) in a ring of `bins` bins, the first centred on azimuth 0.
+fn azimuth_bin(azimuth: f32, bins: u32) -> u32 {
+    let position = azimuth / TAU * f32(bins) + 0.5 + f32(bins);
+    return u32(position) % bins;
 }

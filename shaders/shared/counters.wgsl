@@ -1,0 +1,21 @@
+// Paths finished, to be compared with paths started: some drivers end long loops silently.
+
+import package::shared::bvh::{traversal_failed};
+
+struct Counters {
+    finished: atomic<u32>,
+    failed: atomic<u32>,
+    // Segments traced, in units of 64.
+    alive: atomic<u32>,
+    segments: atomic<u32>,
+}
+
+@group(0) @binding(15) var<storage, read_write> counters: Counters;
+
+fn count_finished(path_ended: bool) {
+    if path_ended && !traversal_failed {
+        atomicAdd(&counters.finished, 1u);
+    } else {
+        atomicAdd(&counters.failed, 1u);
+    }
+}

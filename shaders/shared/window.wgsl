@@ -1,0 +1,215 @@
+// Windows: their directional bins, points on them, and rays towards them.
+
+import package::shared::bins::{Ring, TAU, azimuth_bin};
+import package::shared::bvh::{closest_hit, hit_point, traverse, triangle_material, triangle_normal, offset_from_surface, NO_TRIANGLE};
+import package::shared::material::{materials, glass_pane, MATERIAL_GLASS};
+
+struct Window {
+    // Local frame in world coordinates: z points into the room, y up.
+    x: vec3<f32>,
+    first_triangle: u32,
+    y: vec3<f32>,
+    triangles: u32,
+    z: vec3<f32>,
+    // In the tracer's units.
+    area: f32,
+    // Index of the first bin among all windows' bins.
+    first_bin: u32,
+    bins: u32,
+    first_ring: u32,
+    rings: u32,
+}
+
+// Whether the scene has panes of glass, which let straight connections through.
+override HAS_GLASS: bool = true;
+// Panes that one straight connection may pass.
+const MOST_PANES: u32 = 16u;
+
+@group(0) @binding(3) var<storage, read> windows: array<Window>;
+@group(0) @binding(4) var<storage, read> rings: array<Ring>;
+// Three corners each; the first corner's w is the upper limit of the triangle's share of its
+// window's area, the second's w its area.
+@group(0) @binding(5) var<storage, read> window_triangles: array<vec4<f32>>;
+
+// Bin (among all windows' bins) of light travelling along `direction`.
+fn window_bin(window: Window, direction: vec3<f32>) -> u32 {
+    let local_z = dot(direction, window.z);
+    let cos2 = min(local_z * local_z, 1.0);
+    var ring = window.first_ring + window.rings - 1u;
+    while ring > window.first_ring && cos2 > rings[ring].cos2_low {
+        ring -= 1u;
+    }
+    let found = rings[ring];
+    var position = 0u;
+    if found.bins > 1u {
+        position = azimuth_bin(atan2(dot(direction, window.y), dot(direction, window.x)), found.bins);
+    }
+    return window.first_bin + found.first + position;
+}
+
+// Direction of light through bin `bin` (counted within the window), uniform in projected solid
+// angle.
+fn window_bin_direction(window: Window, bin: u32, random: vec2<f32>) -> vec3<f32> {
+    var ring = window.first_ring + window.rings - 1u;
+    while rings[ring].first > bin {
+        ring -= 1u;
+    }
+    let r = rings[ring];
+    let cos2 = mix(r.cos2_low, r.cos2_high, random.x);
+    let sine = sqrt(max(1.0 - cos2, 0.0));
+    let azimuth = TAU * (f32(bin - r.first) + random.y - 0.5) / f32(r.bins);
+    return normalize(window.x * (sine * cos(azimuth)) + window.y * (sine * sin(azimuth)) + window.z * sqrt(max(cos2, 0.0)));
+}
+
+// Point on a window, uniform in area.
+fn window_point(window: Window, random: vec2<f32>) -> vec3<f32> {
+    var triangle = window.first_triangle;
+    let last = window.first_triangle + window.triangles - 1u;
+    var low = 0.0;
+    while triangle < last && random.x >= window_triangles[triangle * 3u].w {
+        low = window_triangles[triangle * 3u].w;
+        triangle += 1u;
+    }
+    let high = window_triangles[triangle * 3u].w;
+    let u = clamp((random.x - low) / max(high - low, 1e-20), 0.0, 1.0);
+    let root = sqrt(u);
+    let a = window_triangles[triangle * 3u].xyz;
+    let b = window_triangles[triangle * 3u + 1u].xyz;
+    let c = window_triangles[triangle * 3u + 2u].xyz;
+    return a * (1.0 - root) + b * (root * (1.0 - random.y)) + c * (root * random.y);
+}
+
+// Solid angle of a triangle with corners a, b, c relative to the eye (van Oosterom and Strackee
+// 1983).
+fn triangle_solid_angle(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> f32 {
+    let la = length(a);
+    let lb = length(b);
+    let lc = length(c);
+    let numerator = abs(dot(a, cross(b, c)));
+    let denominator = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
+    return 2.0 * atan2(numerator, denominator);
+}
+
+// Largest solid angle that is sampled by area instead: the spherical formulas lose their digits.
+const SMALL_SOLID_ANGLE: f32 = 0.01;
+
+struct WindowSample {
+    direction: vec3<f32>,
+    distance: f32,
+    // Solid angle that this sample stands for, sr; 0 if there is none.
+    weight: f32,
+    window: u32,
+}
+
+// A direction from `eye` to one of the windows. Windows are chosen by the solid angle of their
+// triangles, which are then sampled uniformly in solid angle (Arvo 1995).
+fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> WindowSample {
+    var result = WindowSample(vec3<f32>(0.0), 0.0, 0.0, 0u);
+    var total = 0.0;
+    for (var w = 0u; w < window_count; w++) {
+        let window = windows[w];
+        // Only the side that gives light to the room counts.
+        for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
+            let a = window_triangles[t * 3u].xyz - eye;
+            if dot(a, window.z) < 0.0 {
+                total += triangle_solid_angle(a, window_triangles[t * 3u + 1u].xyz - eye, window_triangles[t * 3u + 2u].xyz - eye);
+            }
+        }
+    }
+    if !(total > 0.0) {
+        return result;
+    }
+    let target_sum = random.x * total;
+    var sum = 0.0;
+    var chosen = NO_TRIANGLE;
+    var share = 0.0;
+    var omega = 0.0;
+    for (var w = 0u; w < window_count; w++) {
+        let window = windows[w];
+        for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
+            let a = window_triangles[t * 3u].xyz - eye;
+            if dot(a, window.z) < 0.0 && (chosen == NO_TRIANGLE || sum <= target_sum) {
+                let angle = triangle_solid_angle(a, window_triangles[t * 3u + 1u].xyz - eye, window_triangles[t * 3u + 2u].xyz - eye);
+                if angle > 0.0 {
+                    chosen = t;
+                    result.window = w;
+                    omega = angle;
+                    share = clamp((target_sum - sum) / angle, 0.0, 1.0);
+                    sum += angle;
+                }
+            }
+        }
+    }
+    let a = window_triangles[chosen * 3u].xyz - eye;
+    let b = window_triangles[chosen * 3u + 1u].xyz - eye;
+    let c = window_triangles[chosen * 3u + 2u].xyz - eye;
+    let normal = windows[result.window].z;
+    if omega < SMALL_SOLID_ANGLE {
+        let root = sqrt(share);
+        let to = a * (1.0 - root) + b * (root * (1.0 - random.y)) + c * (root * random.y);
+        result.distance = length(to);
+        result.direction = to / result.distance;
+        let area = window_triangles[chosen * 3u + 1u].w;
+        // `omega / total` was the probability of this triangle.
+        result.weight = area * abs(dot(result.direction, normal)) / (result.distance * result.distance) * (total / omega);
+        return result;
+    }
+    let ua = normalize(a);
+    let ub = normalize(b);
+    let uc = normalize(c);
+    let n_ab = normalize(cross(ua, ub));
+    let n_ca = normalize(cross(uc, ua));
+    let cos_alpha = clamp(-dot(n_ab, n_ca), -1.0, 1.0);
+    let sin_alpha = max(length(cross(n_ab, n_ca)), 1e-7);
+    let part = share * omega;
+    let s = sin(part) * cos_alpha - cos(part) * sin_alpha;
+    let t = cos(part) * cos_alpha + sin(part) * sin_alpha;
+    let p = t - cos_alpha;
+    let q = s + sin_alpha * dot(ua, ub);
+    let below = (q * s + p * t) * sin_alpha;
+    var cos_b = select(((q * t - p * s) * cos_alpha - q) / below, 1.0, abs(below) < 1e-20);
+    cos_b = clamp(cos_b, -1.0, 1.0);
+    let towards_c = normalize(uc - dot(uc, ua) * ua);
+    let c_new = cos_b * ua + sqrt(max(1.0 - cos_b * cos_b, 0.0)) * towards_c;
+    let z = 1.0 - random.y * (1.0 - dot(c_new, ub));
+    let across = c_new - dot(c_new, ub) * ub;
+    let across_length = length(across);
+    result.direction = ub;
+    if across_length > 1e-7 {
+        result.direction = normalize(z * ub + sqrt(max(1.0 - z * z, 0.0)) * (across / across_length));
+    }
+    result.distance = dot(a, normal) / dot(result.direction, normal);
+    result.weight = total;
+    return result;
+}
+
+// What part of light passes straight from `origin` along `direction` over `distance`: 0 where a
+// surface is in the way, otherwise the transmittance of the panes passed.
+fn straight_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {
+    if !HAS_GLASS {
+        let hit = traverse(origin, direction, distance, true);
+        return select(vec3<f32>(1.0), vec3<f32>(0.0), hit.triangle != NO_TRIANGLE);
+    }
+    var result = vec3<f32>(1.0);
+    var start = origin;
+    var left = distance;
+    for (var pane = 0u; pane < MOST_PANES; pane++) {
+        let hit = closest_hit(start, direction, left);
+        if hit.triangle == NO_TRIANGLE {
+            return result;
+        }
+        let material = materials[triangle_material(hit.triangle)];
+        if material.kind != MATERIAL_GLASS {
+            return vec3<f32>(0.0);
+        }
+        let normal = triangle_normal(hit.triangle);
+        let cosine = dot(normal, direction);
+        result *= glass_pane(material.specular, material.roughness, max(abs(cosine), 1e-6))[0];
+        start = offset_from_surface(hit_point(hit), select(-normal, normal, cosine > 0.0));
+        left -= hit.distance;
+        if left <= 0.0 {
+            return result;
+        }
+    }
+    return vec3<f32>(0.0);
+}

@@ -1,0 +1,128 @@
+// Daylight matrix: paths from a window's bins to the sky, one per invocation.
+//
+// Path `index` of bin b starts at a uniform point of the window and leaves against the direction
+// of light through the bin, uniform in projected solid angle. What is left of it when it leaves
+// the scene is added to the sky patch of its direction. The mean over a bin's paths is a row of D.
+
+import package::shared::random::{sample_pair, hash_combine};
+import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
+import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::bins::{SkyRow, azimuth_bin};
+import package::shared::window::{windows, window_point, window_bin_direction};
+import package::shared::counters::{counters, count_finished};
+
+struct DaylightParams {
+    seed: u32,
+    // First path index of this dispatch and paths per bin in it.
+    first_path: u32,
+    paths: u32,
+    // Bins of the window, and its index.
+    bins: u32,
+    window: u32,
+    // Sky patches with the ground.
+    sky_bins: u32,
+    sky_rows: u32,
+    // Most diffuse reflections of a path.
+    most_bounces: u32,
+    // Fixed-point units of a whole path.
+    unit: f32,
+    // Weight below which Russian roulette decides.
+    roulette_weight: f32,
+    row_height: f32,
+    padding: u32,
+}
+
+// 1 for grey scenes, 3 for coloured ones.
+override COMPONENTS: u32 = 3u;
+// Ends paths that wander between mirrors.
+const MOST_SEGMENTS: u32 = 256u;
+
+@group(0) @binding(6) var<uniform> params: DaylightParams;
+@group(0) @binding(7) var<storage, read> sky_rows: array<SkyRow>;
+// [direct or indirect][bin][patch][component], fixed point.
+@group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
+
+fn sky_bin(direction: vec3<f32>) -> u32 {
+    if direction.z <= 0.0 {
+        return 0u;
+    }
+    // asin is inexact on some devices: guess, then correct by the exact limits.
+    var row = min(u32(asin(min(direction.z, 1.0)) / params.row_height), params.sky_rows - 1u);
+    if row > 0u && direction.z < sky_rows[row].sin_low {
+        row -= 1u;
+    } else if direction.z >= sky_rows[row + 1u].sin_low {
+        row += 1u;
+    }
+    let found = sky_rows[row];
+    var position = 0u;
+    if found.patches > 1u {
+        position = azimuth_bin(atan2(direction.x, direction.y), found.patches);
+    }
+    return found.first + position;
+}
+
+fn deposit(bin: u32, direct: bool, patch_index: u32, weight: vec3<f32>) {
+    let part = select(params.bins, 0u, direct);
+    let cell = ((part + bin) * params.sky_bins + patch_index) * COMPONENTS;
+    for (var c = 0u; c < COMPONENTS; c++) {
+        atomicAdd(&sums[cell + c], u32(weight[c] * params.unit + 0.5));
+    }
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let path = id.x;
+    let bin = id.y;
+    if path >= params.paths || bin >= params.bins {
+        return;
+    }
+    let index = params.first_path + path;
+    let seed = hash_combine(params.seed, bin);
+    let window = windows[params.window];
+    var position = window_point(window, sample_pair(index, 0u, seed));
+    var direction = -window_bin_direction(window, bin, sample_pair(index, 1u, seed));
+    var weight = vec3<f32>(1.0);
+    var bounces = 0u;
+    var ended = false;
+    var segment = 0u;
+    for (; segment < MOST_SEGMENTS; segment++) {
+        let hit = closest_hit(position, direction, FAR_AWAY);
+        if hit.triangle == NO_TRIANGLE {
+            deposit(bin, bounces == 0u, sky_bin(direction), weight);
+            ended = true;
+            break;
+        }
+        let normal = triangle_normal(hit.triangle);
+        let front = dot(normal, direction) < 0.0;
+        let facing = select(-normal, normal, front);
+        let choices = sample_pair(index, 2u + segment * 3u, seed);
+        let slope = sample_pair(index, 3u + segment * 3u, seed);
+        let event = scatter(materials[triangle_material(hit.triangle)], direction, facing, front, choices.x, slope);
+        weight *= event.weight;
+        if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {
+            ended = true;
+            break;
+        }
+        let side = select(facing, -facing, event.transmitted);
+        direction = event.direction;
+        if event.lobe == LOBE_DIFFUSE {
+            bounces += 1u;
+            if bounces > params.most_bounces {
+                ended = true;
+                break;
+            }
+            direction = cosine_direction(side, slope);
+        }
+        let strength = largest(weight);
+        if strength < params.roulette_weight {
+            if choices.y * params.roulette_weight >= strength {
+                ended = true;
+                break;
+            }
+            weight *= params.roulette_weight / strength;
+        }
+        position = offset_from_surface(hit_point(hit), side);
+    }
+    atomicAdd(&counters.segments, segment + 1u);
+    count_finished(ended || segment == MOST_SEGMENTS);
+}

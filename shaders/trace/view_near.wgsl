@@ -1,0 +1,138 @@
+// View matrix: what virtual lights cannot give. Paths from the sensor, one per invocation, that
+// either start with a specular surface or meet a diffuse one nearer than `near_radius`, there
+// weighted by what `view_gather` leaves out.
+
+import package::shared::random::{sample_pair, hash_combine};
+import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
+import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_GLASS, MATERIAL_ABSORBER};
+import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
+import package::shared::counters::{counters, count_finished};
+
+struct NearParams {
+    seed: u32,
+    sensors: u32,
+    samples: u32,
+    bins: u32,
+    window_count: u32,
+    unit: f32,
+    batch: u32,
+    // Most diffuse reflections of a path.
+    most_bounces: u32,
+    near_radius: f32,
+    roulette_weight: f32,
+    padding0: u32,
+    padding1: u32,
+}
+
+struct Sensor {
+    position: vec3<f32>,
+    padding0: u32,
+    normal: vec3<f32>,
+    padding1: u32,
+}
+
+const MOST_SEGMENTS: u32 = 256u;
+
+@group(0) @binding(6) var<uniform> params: NearParams;
+@group(0) @binding(7) var<storage, read> sensors: array<Sensor>;
+// [sensor][bin][rgb], fixed point.
+@group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
+
+fn deposit(sensor: u32, bin: u32, weight: vec3<f32>) {
+    let value = weight * params.unit + 0.5;
+    let cell = (sensor * params.bins + bin) * 3u;
+    atomicAdd(&sums[cell], u32(value.x));
+    atomicAdd(&sums[cell + 1u], u32(value.y));
+    atomicAdd(&sums[cell + 2u], u32(value.z));
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let index = id.x;
+    let sensor_index = id.y;
+    if index >= params.samples || sensor_index >= params.sensors {
+        return;
+    }
+    let sensor = sensors[sensor_index];
+    let seed = hash_combine(hash_combine(params.seed, params.batch), sensor_index);
+    var position = sensor.position;
+    var direction = cosine_direction(sensor.normal, sample_pair(index, 0u, seed));
+    // Irradiance: every cosine-distributed path stands for π sr.
+    var weight = vec3<f32>(3.141592653589793);
+    var bounces = 0u;
+    // Before the first scattering, straight panes aside.
+    var first = true;
+    var specular_before = false;
+    var travelled = 0.0;
+    var ended = false;
+    var segment = 0u;
+    for (; segment < MOST_SEGMENTS; segment++) {
+        let hit = closest_hit(position, direction, FAR_AWAY);
+        if hit.triangle == NO_TRIANGLE {
+            ended = true;
+            break;
+        }
+        travelled += hit.distance;
+        let normal = triangle_normal(hit.triangle);
+        let front = dot(normal, direction) < 0.0;
+        let facing = select(-normal, normal, front);
+        let material = materials[triangle_material(hit.triangle)];
+        if material.kind == MATERIAL_ABSORBER {
+            // Windows carry their index + 1 in padding0.
+            if material.padding0 > 0u && specular_before && front {
+                deposit(sensor_index, window_bin(windows[material.padding0 - 1u], -direction), weight);
+            }
+            ended = true;
+            break;
+        }
+        let choices = sample_pair(index, 1u + segment * 3u, seed);
+        let slope = sample_pair(index, 2u + segment * 3u, seed);
+        let event = scatter(material, direction, facing, front, choices.x, slope);
+        weight *= event.weight;
+        if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {
+            ended = true;
+            break;
+        }
+        let side = select(facing, -facing, event.transmitted);
+        position = offset_from_surface(hit_point(hit), side);
+        direction = event.direction;
+        let straight_pane = material.kind == MATERIAL_GLASS && event.transmitted;
+        if event.lobe == LOBE_DIFFUSE {
+            if first {
+                let ratio = travelled / params.near_radius;
+                if ratio >= 1.0 {
+                    ended = true;
+                    break;
+                }
+                weight *= 1.0 - ratio * ratio;
+            }
+            bounces += 1u;
+            if bounces > params.most_bounces {
+                ended = true;
+                break;
+            }
+            let to_window = sample_windows(position, params.window_count, sample_pair(index, 3u + segment * 3u, seed));
+            let cosine = dot(to_window.direction, side);
+            if to_window.weight > 0.0 && cosine > 0.0 {
+                let passed = straight_transmittance(position, to_window.direction, to_window.distance * 0.99999);
+                let share = passed * weight * (cosine * to_window.weight * 0.3183098861837907);
+                deposit(sensor_index, window_bin(windows[to_window.window], -to_window.direction), share);
+            }
+            direction = cosine_direction(side, slope);
+            specular_before = false;
+        } else if !straight_pane {
+            specular_before = true;
+        }
+        first = first && straight_pane;
+        let strength = largest(weight);
+        if strength < params.roulette_weight {
+            if choices.y * params.roulette_weight >= strength {
+                ended = true;
+                break;
+            }
+            weight *= params.roulette_weight / strength;
+        }
+    }
+    atomicAdd(&counters.segments, segment + 1u);
+    count_finished(ended || segment == MOST_SEGMENTS);
+}
