@@ -3,6 +3,7 @@
 //! Readers ([`rad`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
 //! acceleration structure rebases them near the origin.
 
+pub mod points;
 pub mod rad;
 
 use crate::bins::{AngleBasis, Frame};

@@ -1,1 +1,6 @@
-//! From a project file to results on disk.
+//! From a project to its results: what the command line and the viewer both call.
+
+pub mod project;
+mod table;
+
+pub use project::Project;

@@ -1,0 +1,40 @@
+# make demo    build, and compute a year of daylight in the office of scenes/office
+# make test    check format and lints, run all tests
+# make bench   measure kernels and the whole job, write target/bench.json
+# make viewer  build and start the viewer
+#
+# On Debian and Ubuntu whatever is missing (a C linker for Rust, Mesa's Vulkan driver for
+# machines without a graphics card) is installed by apt-get; see .ci/install-missing.
+
+LUCARNE := target/release/lucarne
+
+.PHONY: demo test lint bench viewer build vulkan
+.DEFAULT_GOAL := build
+
+build:
+	@.ci/install-missing linker
+	cargo build --release
+
+# After the build, because the program itself is what tells whether it finds a device.
+vulkan: build
+	@.ci/install-missing vulkan $(LUCARNE)
+
+demo: vulkan
+	$(LUCARNE) run scenes/office/project.toml -o out/office
+
+test: vulkan lint
+	cargo test --release
+
+# Lints are errors only with the compiler they were written for: a newer one knows new lints.
+lint:
+	@if cargo fmt --version >/dev/null 2>&1; then cargo fmt --check; else echo "rustfmt is not installed: format not checked"; fi
+	@if ! cargo clippy --version >/dev/null 2>&1; then echo "clippy is not installed: lints not checked"; \
+	 elif rustc --version | grep -q '^rustc 1\.95\.'; then cargo clippy --release --all-targets -- -D warnings; \
+	 else cargo clippy --release --all-targets; fi
+
+bench: vulkan
+	cargo bench
+
+viewer:
+	@.ci/install-missing linker
+	cargo run --release -p lucarne-viewer

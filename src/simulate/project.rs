@@ -1,0 +1,373 @@
+//! `project.toml`: everything one simulation needs, in one file.
+//!
+//! ```toml
+//! [weather]
+//! file = "weather/NYC.wea"            # or .epw
+//! [scene]
+//! files = ["materials.rad", "room.rad"]
+//! [[window]]                          # any number
+//! name = "south"
+//! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
+//! bsdf = "bsdf/clear.xml"
+//! [[sensors]]                         # any number
+//! name = "workplane"
+//! points = "points.txt"
+//! [method]
+//! phases = 3
+//! sky_subdivision = 1                 # Reinhart MF
+//! bounces = 4                         # left out: not truncated (Russian roulette)
+//! [quality]
+//! preset = "standard"                 # draft | standard | final
+//! seed = 1
+//! ```
+//!
+//! Paths are relative to the file. Each section is one struct with one function that reads it, so
+//! that a section added later touches nothing else.
+
+use super::table::{Document, Table};
+use crate::bins::ReinhartSky;
+use crate::error::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// A project file that has been read and found sound. All paths exist and are relative to the
+/// working folder (not to the project file any more).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Project {
+    /// The file it was read from.
+    pub file: PathBuf,
+    /// `[weather]`
+    pub weather: WeatherSection,
+    /// `[scene]`
+    pub scene: SceneSection,
+    /// `[[window]]`
+    pub windows: Vec<WindowSection>,
+    /// `[[sensors]]`
+    pub sensors: Vec<SensorsSection>,
+    /// `[method]`
+    pub method: MethodSection,
+    /// `[quality]`
+    pub quality: QualitySection,
+}
+
+/// `[weather]`: where the hours come from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WeatherSection {
+    /// Weather file, WEA or EPW.
+    pub file: PathBuf,
+}
+
+/// `[scene]`: the room and what stands around it, without its windows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneSection {
+    /// Radiance scene files, in the order Radiance would get them.
+    pub files: Vec<PathBuf>,
+}
+
+/// One `[[window]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WindowSection {
+    /// Name in results and messages.
+    pub name: String,
+    /// Radiance file with the window's polygons, normals into the room.
+    pub surface: PathBuf,
+    /// Transmission of the window, Klems XML.
+    pub bsdf: PathBuf,
+}
+
+/// One `[[sensors]]`: a group of sensors with one result file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorsSection {
+    /// Name of the group, and of its result files.
+    pub name: String,
+    /// File of `x y z dx dy dz` lines.
+    pub points: PathBuf,
+}
+
+/// `[method]`: what is computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MethodSection {
+    /// Number of phases; 3 is the three-phase method `I = V·T·D·S`.
+    pub phases: u32,
+    /// Division of the sky, Reinhart MF:n.
+    pub sky: ReinhartSky,
+    /// Radiance's `-ab`; `None`: paths end by Russian roulette only, without bias.
+    pub bounces: Option<u32>,
+}
+
+/// How much work is spent on accuracy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Preset {
+    /// A first look.
+    Draft,
+    /// Errors around 1 % of an hour's illuminance in ordinary rooms.
+    Standard,
+    /// Errors about a quarter of `Standard`'s.
+    Final,
+}
+
+impl Preset {
+    const NAMES: [(&'static str, Preset); 3] = [("draft", Preset::Draft), ("standard", Preset::Standard), ("final", Preset::Final)];
+
+    /// The word in the project file.
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|(_, p)| *p == self).map_or("", |(n, _)| n)
+    }
+}
+
+/// `[quality]`: accuracy against time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QualitySection {
+    /// Preset.
+    pub preset: Preset,
+    /// Seed of all random numbers: the same seed on the same device gives the same bits.
+    pub seed: u64,
+}
+
+impl Project {
+    /// Reads and checks a project file. The files it names are looked for, but not read.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no TOML, unknown or missing keys, wrong values, files that
+    /// do not exist, names used twice: each with file, line and key.
+    pub fn read(file: &Path) -> Result<Self> {
+        let bytes = crate::files::read(file)?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+            Error::new("this is not text in UTF-8").file(file).line(line).help("a project file is a text file in TOML")
+        })?;
+        Self::parse(file, &text)
+    }
+
+    fn parse(file: &Path, text: &str) -> Result<Self> {
+        let document = Document::new(file, text);
+        let entries = document.parse()?;
+        let mut top = Table::top(&document, &entries);
+        let weather = WeatherSection::read(top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?)?;
+        let scene = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
+        let windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
+        let sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
+        let method = MethodSection::read(top.table("method")?)?;
+        let quality = QualitySection::read(top.table("quality")?)?;
+        if windows.is_empty() {
+            return Err(top.missing_section("window", "add [[window]] with name, surface and bsdf"));
+        }
+        if sensors.is_empty() {
+            return Err(top.missing_section("sensors", "add [[sensors]] with name and points"));
+        }
+        unique(&top, "window", windows.iter().map(|w| w.name.as_str()))?;
+        unique(&top, "sensors", sensors.iter().map(|s| s.name.as_str()))?;
+        top.finish()?;
+        Ok(Self { file: file.to_path_buf(), weather, scene, windows, sensors, method, quality })
+    }
+}
+
+fn unique<'n>(top: &Table<'_, '_>, section: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {
+    let mut seen = std::collections::HashSet::new();
+    for name in names {
+        if !seen.insert(name.to_lowercase()) {
+            return Err(top
+                .error(section, format!("two sections [[{section}]] have the name '{name}'"))
+                .help("give each its own name: result files are called after it (capitals do not count)"));
+        }
+    }
+    Ok(())
+}
+
+/// A name that can be part of a file name on every system.
+fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
+    let name = table.required_string("name", help)?;
+    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
+    if name.starts_with('.') || name.len() > 100 || !name.chars().all(allowed) {
+        return Err(table
+            .error("name", format!("'{name}' cannot be part of a file name"))
+            .help("use letters, digits, '-', '_', '.' and blanks, at most 100"));
+    }
+    Ok(name)
+}
+
+impl WeatherSection {
+    fn read(mut table: Table<'_, '_>) -> Result<Self> {
+        let file = table.required_path("file", "add file = \"….wea\" or \"….epw\"")?;
+        table.finish()?;
+        Ok(Self { file })
+    }
+}
+
+impl SceneSection {
+    fn read(mut table: Table<'_, '_>) -> Result<Self> {
+        let files = table.required_paths("files", "add files = [\"materials.rad\", \"room.rad\"]")?;
+        table.finish()?;
+        Ok(Self { files })
+    }
+}
+
+impl WindowSection {
+    fn read(mut table: Table<'_, '_>) -> Result<Self> {
+        let name = name(&mut table, "add name = \"south\" or the like")?;
+        let surface =
+            table.required_path("surface", "add surface = \"….rad\": the window's polygons, with normals that point into the room")?;
+        let bsdf = table.required_path("bsdf", "add bsdf = \"….xml\": the window's Klems BSDF")?;
+        table.finish()?;
+        Ok(Self { name, surface, bsdf })
+    }
+}
+
+impl SensorsSection {
+    fn read(mut table: Table<'_, '_>) -> Result<Self> {
+        let name = name(&mut table, "add name = \"workplane\" or the like")?;
+        let points = table.required_path("points", "add points = \"….txt\" with a line 'x y z dx dy dz' per sensor")?;
+        table.finish()?;
+        Ok(Self { name, points })
+    }
+}
+
+impl MethodSection {
+    fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
+        let mut method = Self { phases: 3, sky: ReinhartSky::new(1)?, bounces: None };
+        let Some(mut table) = table else { return Ok(method) };
+        if let Some(phases) = table.integer("phases", 1..=100)? {
+            if phases != 3 {
+                return Err(table.error("phases", format!("a method of {phases} phases is not known")).help("choose 3"));
+            }
+        }
+        if let Some(n) = table.integer("sky_subdivision", 1..=6)? {
+            method.sky = ReinhartSky::new(n as usize)?;
+        }
+        method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
+        table.finish()?;
+        Ok(method)
+    }
+}
+
+impl QualitySection {
+    fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
+        let mut quality = Self { preset: Preset::Standard, seed: 1 };
+        let Some(mut table) = table else { return Ok(quality) };
+        quality.preset = table.choice("preset", &Preset::NAMES)?.unwrap_or(quality.preset);
+        quality.seed = table.integer("seed", 0..=u64::MAX)?.unwrap_or(quality.seed);
+        table.finish()?;
+        Ok(quality)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = r#"
+[weather]
+file = "a.wea"
+[scene]
+files = ["m.rad", "r.rad"]
+[[window]]
+name = "south"
+surface = "w.rad"
+bsdf = "b.xml"
+[[sensors]]
+name = "workplane"
+points = "p.txt"
+[method]
+phases = 3
+sky_subdivision = 4
+bounces = 4
+[quality]
+preset = "final"
+seed = 0x2a
+"#;
+
+    fn folder() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for f in ["a.wea", "m.rad", "r.rad", "w.rad", "b.xml", "p.txt"] {
+            std::fs::write(folder.path().join(f), "").unwrap();
+        }
+        folder
+    }
+
+    fn read(text: &str) -> Result<Project> {
+        let folder = folder();
+        let file = folder.path().join("project.toml");
+        std::fs::write(&file, text).unwrap();
+        Project::read(&file)
+    }
+
+    fn complaint(text: &str) -> String {
+        let message = read(text).unwrap_err().to_string();
+        message[message.find("project.toml").expect("the file is named")..].to_string()
+    }
+
+    #[test]
+    fn a_sound_project_is_read_with_paths_relative_to_it() {
+        let p = read(GOOD).unwrap();
+        assert!(p.weather.file.ends_with("a.wea") && p.weather.file.is_absolute());
+        assert_eq!(p.scene.files.len(), 2);
+        assert_eq!((p.windows[0].name.as_str(), p.sensors[0].name.as_str()), ("south", "workplane"));
+        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (3, 4, Some(4)));
+        assert_eq!((p.quality.preset, p.quality.seed), (Preset::Final, 42));
+    }
+
+    #[test]
+    fn what_is_left_out_has_defaults() {
+        let p = read(&GOOD[..GOOD.find("[method]").unwrap()]).unwrap();
+        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (3, 1, None));
+        assert_eq!((p.quality.preset, p.quality.seed), (Preset::Standard, 1));
+    }
+
+    #[test]
+    fn every_fault_is_answered_with_line_key_and_remedy() {
+        // What is replaced by what, the line and the words that must be in the complaint.
+        let cases: &[(&str, &str, usize, &[&str])] = &[
+            ("bounces = 4", "bouncs = 4", 16, &["'bouncs'", "[method]", "did you mean 'bounces'?"]),
+            ("[quality]", "[qualty]", 17, &["'qualty'", "did you mean 'quality'?"]),
+            ("[[window]]", "[[windows]]", 6, &["'windows'", "did you mean 'window'?"]),
+            ("[scene]", "[colours]", 1, &["the project has no 'scene'", "add [scene]"]),
+            ("files = [", "file = [", 5, &["'file'", "[scene]", "did you mean 'files'?"]),
+            ("[[window]]", "[window]", 6, &["window", "[[window]]"]),
+            ("bsdf = \"b.xml\"", "bsfd = \"b.xml\"", 9, &["'bsfd'", "did you mean 'bsdf'?"]),
+            ("bsdf = \"b.xml\"", "", 6, &["[window 1] has no 'bsdf'", "Klems"]),
+            ("bsdf = \"b.xml\"", "bsdf = \"c.xml\"", 9, &["window 1.bsdf", "no file", "c.xml", "relative"]),
+            ("surface = \"w.rad\"", "surface = 3", 8, &["window 1.surface", "a whole number", "text"]),
+            ("sky_subdivision = 4", "sky_subdivision = 7", 15, &["method.sky_subdivision", "1 to 6"]),
+            ("sky_subdivision = 4", "sky_subdivision = 1.5", 15, &["a number, not a whole number"]),
+            ("bounces = 4", "bounces = -1", 16, &["method.bounces", "out of range"]),
+            ("phases = 3", "phases = 4", 14, &["4 phases", "choose 3"]),
+            ("\"final\"", "\"best\"", 18, &["'best'", "\"draft\", \"standard\", \"final\""]),
+            ("seed = 0x2a", "seed = 99999999999999999999", 19, &["quality.seed", "out of range"]),
+            ("[\"m.rad\", \"r.rad\"]", "[]", 5, &["scene.files", "empty"]),
+            ("[\"m.rad\", \"r.rad\"]", "[\"m.rad\", 3]", 5, &["scene.files", "name of a file"]),
+            ("[\"m.rad\", \"r.rad\"]", "\"m.rad\"", 5, &["scene.files", "a list of files"]),
+            ("file = \"a.wea\"", "", 2, &["[weather] has no 'file'"]),
+            ("name = \"south\"", "name = \"a/b\"", 7, &["window 1.name", "file name"]),
+            ("name = \"south\"", "name = \"../x\"", 7, &["window 1.name", "file name"]),
+            ("points = \"p.txt\"", "points = \".\"", 12, &["sensors 1.points", "a folder"]),
+            ("phases = 3", "phases = = 3", 14, &["toml.io"]),
+        ];
+        for (from, to, line, words) in cases {
+            assert!(GOOD.contains(from));
+            let message = complaint(&GOOD.replacen(from, to, 1));
+            assert!(message.starts_with(&format!("project.toml:{line}: ")), "{to}: wanted line {line}: {message}");
+            for word in *words {
+                assert!(message.contains(word), "{to}: no '{word}' in: {message}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_used_twice_are_refused() {
+        let twice = format!("{GOOD}[[sensors]]\nname = \"Workplane\"\npoints = \"p.txt\"\n");
+        assert!(complaint(&twice).contains("two sections [[sensors]] have the name 'Workplane'"));
+    }
+
+    #[test]
+    fn garbage_is_refused_without_panic() {
+        for cut in 0..GOOD.len() {
+            if GOOD.is_char_boundary(cut) {
+                let _ = read(&GOOD[..cut]);
+            }
+        }
+        let folder = folder();
+        let file = folder.path().join("project.toml");
+        std::fs::write(&file, [b'\n', 0xff, 0xfe, 0, 1]).unwrap();
+        assert!(Project::read(&file).unwrap_err().to_string().contains("project.toml:2: this is not text"));
+        assert!(Project::read(&folder.path().join("none.toml")).is_err());
+    }
+}
