@@ -1,6 +1,9 @@
 //! Pictures: RGBE, EXR, PNG and falsecolour.
 
+pub mod hdr;
+
 use crate::error::{Error, Result};
+use crate::units::ILLUMINANCE_WEIGHTS;
 
 /// An RGB picture of radiance, W/m²sr: `pixels[y * width + x]`, row 0 on top, column 0 on the left.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,4 +31,14 @@ impl Picture {
         }
         Ok(Self { width, height, pixels, view: None, header: Vec::new() })
     }
+
+    /// Luminance of every pixel, cd/m²: 179 times the weighted sum of its components.
+    pub fn luminance(&self) -> Vec<f32> {
+        self.pixels.iter().map(|&p| luminance(p)).collect()
+    }
+}
+
+/// Luminance of a colour, cd/m² ([`ILLUMINANCE_WEIGHTS`]).
+pub fn luminance(color: [f32; 3]) -> f32 {
+    color.iter().zip(ILLUMINANCE_WEIGHTS).map(|(&c, w)| f64::from(c) * w).sum::<f64>() as f32
 }
