@@ -119,16 +119,19 @@ fn write_to(out: impl std::io::Write, path: &Path, picture: &Picture) -> Result<
     Ok(())
 }
 
-/// Chromaticities of Radiance's red, green, blue primaries (`STDPRIMS` in `color.h`); white is the
-/// equal-energy point.
+/// Chromaticities of Radiance's red, green, blue primaries (`STDPRIMS` in `color.h`).
 const PRIMARIES: [[f64; 2]; 3] = [[0.640, 0.330], [0.290, 0.600], [0.150, 0.060]];
+
+/// Chromaticity of its white, the equal-energy point to four digits.
+const WHITE: [f64; 2] = [0.3333, 0.3333];
 
 /// Radiance's RGB to XYZ with Y(1, 1, 1) = 1; its second row is
 /// [`crate::units::BRIGHTNESS_WEIGHTS`].
 fn rgb_to_xyz_matrix() -> DMat3 {
-    let columns = PRIMARIES.map(|[x, y]| DVec3::new(x, y, 1.0 - x - y) / y);
+    let of_unit_luminance = |[x, y]: [f64; 2]| DVec3::new(x, y, 1.0 - x - y) / y;
+    let columns = PRIMARIES.map(of_unit_luminance);
     let unscaled = DMat3::from_cols(columns[0], columns[1], columns[2]);
-    let scale = unscaled.inverse() * DVec3::ONE;
+    let scale = unscaled.inverse() * of_unit_luminance(WHITE);
     unscaled * DMat3::from_diagonal(scale)
 }
 

@@ -64,10 +64,20 @@ pub fn from_rgbe([r, g, b, e]: [u8; 4]) -> [f32; 3] {
     if e == 0 {
         return [0.0; 3];
     }
-    // 2^(e − 137), since the mantissas are doubled; two factors, for one alone would underflow.
-    let scale = f32::from_bits(u32::from(e) << 23) * f32::from_bits((127 - 10) << 23);
+    let scale = HALF_STEP[usize::from(e)];
     [r, g, b].map(|m| (2 * u32::from(m) + 1) as f32 * scale)
 }
+
+/// 2^(e − 137), half a mantissa step, for each exponent byte e > 0; the smallest ten are denormal.
+const HALF_STEP: [f32; 256] = {
+    let mut table = [0.0; 256];
+    let mut e = 1;
+    while e < 256 {
+        table[e] = f32::from_bits(if e > 10 { (e as u32 - 10) << 23 } else { 1 << (e + 12) });
+        e += 1;
+    }
+    table
+};
 
 /// Appends a scanline to `out`, byte for byte as Radiance writes it.
 pub(super) fn encode(pixels: &[[u8; 4]], plane: &mut Vec<u8>, out: &mut Vec<u8>) {
