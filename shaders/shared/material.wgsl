@@ -23,10 +23,11 @@ struct Material {
     roughness: f32,
     // Diffuse transmittance.
     diffuse_transmitted: vec3<f32>,
-    padding0: u32,
+    // Index + 1 of the window that this absorber is; 0 otherwise.
+    window: u32,
     // Specular (straight through) transmittance.
     specular_transmitted: vec3<f32>,
-    padding1: u32,
+    padding: u32,
 }
 
 @group(0) @binding(2) var<storage, read> materials: array<Material>;

@@ -5,6 +5,7 @@
 // of the bin / paths. Where it meets a diffuse surface it leaves a virtual light (Keller 1997,
 // instant radiosity), which `view_gather` connects to all sensors.
 
+import package::shared::receiver::{VirtualLight};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
@@ -36,16 +37,6 @@ struct LightPath {
     pairs: u32,
     flux: vec3<f32>,
     padding: u32,
-}
-
-struct VirtualLight {
-    position: vec3<f32>,
-    padding0: u32,
-    normal: vec3<f32>,
-    padding1: u32,
-    // Flux that leaves diffusely; 0 where there is no light.
-    flux: vec3<f32>,
-    padding2: u32,
 }
 
 const MOST_SPECULAR: u32 = 64u;

@@ -3,6 +3,7 @@
 // Windows are sampled uniformly in solid angle from the sensor. Each sample adds its cosine and
 // solid angle to the bin of its direction.
 
+import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
 import package::shared::counters::{count_finished};
@@ -15,38 +16,33 @@ struct DirectParams {
     window_count: u32,
     // Fixed-point units per steradian.
     unit: f32,
-    batch: u32,
-    padding: u32,
-}
-
-struct Sensor {
-    position: vec3<f32>,
-    padding0: u32,
-    normal: vec3<f32>,
-    padding1: u32,
+    batches: u32,
+    // Number of the first sensor among all.
+    first_sensor: u32,
 }
 
 @group(0) @binding(6) var<uniform> params: DirectParams;
-@group(0) @binding(7) var<storage, read> sensors: array<Sensor>;
-// [sensor][bin][rgb], fixed point.
+@group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
+// [batch][sensor][bin][rgb], fixed point.
 @group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = id.x;
     let sensor_index = id.y;
-    if index >= params.samples || sensor_index >= params.sensors {
+    let batch = id.z;
+    if index >= params.samples || sensor_index >= params.sensors || batch >= params.batches {
         return;
     }
     let sensor = sensors[sensor_index];
-    let seed = hash_combine(hash_combine(params.seed, params.batch), sensor_index);
+    let seed = hash_combine(hash_combine(params.seed, batch), params.first_sensor + sensor_index);
     let to_window = sample_windows(sensor.position, params.window_count, sample_pair(index, 0u, seed));
     let cosine = dot(to_window.direction, sensor.normal);
     if to_window.weight > 0.0 && cosine > 0.0 {
         let passed = straight_transmittance(sensor.position, to_window.direction, to_window.distance * 0.99999);
         let value = passed * (cosine * to_window.weight / f32(params.samples) * params.unit) + 0.5;
         let bin = window_bin(windows[to_window.window], -to_window.direction);
-        let cell = (sensor_index * params.bins + bin) * 3u;
+        let cell = ((batch * params.sensors + sensor_index) * params.bins + bin) * 3u;
         atomicAdd(&sums[cell], u32(value.x));
         atomicAdd(&sums[cell + 1u], u32(value.y));
         atomicAdd(&sums[cell + 2u], u32(value.z));

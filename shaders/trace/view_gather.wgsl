@@ -4,6 +4,7 @@
 // Connections shorter than `near_radius` are weighted down to 1/near_radius²; `view_near` adds what
 // they lack (Kollig and Keller 2004), so the sum is unbiased and bounded.
 
+import package::shared::receiver::{Receiver, VirtualLight};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
 
@@ -19,24 +20,8 @@ struct GatherParams {
     padding: u32,
 }
 
-struct Sensor {
-    position: vec3<f32>,
-    padding0: u32,
-    normal: vec3<f32>,
-    padding1: u32,
-}
-
-struct VirtualLight {
-    position: vec3<f32>,
-    padding0: u32,
-    normal: vec3<f32>,
-    padding1: u32,
-    flux: vec3<f32>,
-    padding2: u32,
-}
-
 @group(0) @binding(6) var<uniform> params: GatherParams;
-@group(0) @binding(7) var<storage, read> sensors: array<Sensor>;
+@group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
 @group(0) @binding(8) var<storage, read> lights: array<VirtualLight>;
 // [batch][bin][sensor][rgb], sr before division by the number of paths.
 @group(0) @binding(9) var<storage, read_write> sums: array<f32>;

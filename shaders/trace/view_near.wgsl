@@ -2,6 +2,7 @@
 // either start with a specular surface or meet a diffuse one nearer than `near_radius`, there
 // weighted by what `view_gather` leaves out.
 
+import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_GLASS, MATERIAL_ABSORBER};
@@ -15,32 +16,26 @@ struct NearParams {
     bins: u32,
     window_count: u32,
     unit: f32,
-    batch: u32,
+    batches: u32,
     // Most diffuse reflections of a path.
     most_bounces: u32,
     near_radius: f32,
     roulette_weight: f32,
-    padding0: u32,
-    padding1: u32,
-}
-
-struct Sensor {
-    position: vec3<f32>,
-    padding0: u32,
-    normal: vec3<f32>,
-    padding1: u32,
+    // Number of the first sensor among all.
+    first_sensor: u32,
+    padding: u32,
 }
 
 const MOST_SEGMENTS: u32 = 256u;
 
 @group(0) @binding(6) var<uniform> params: NearParams;
-@group(0) @binding(7) var<storage, read> sensors: array<Sensor>;
-// [sensor][bin][rgb], fixed point.
+@group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
+// [batch][sensor][bin][rgb], fixed point.
 @group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
 
-fn deposit(sensor: u32, bin: u32, weight: vec3<f32>) {
+fn deposit(row: u32, bin: u32, weight: vec3<f32>) {
     let value = weight * params.unit + 0.5;
-    let cell = (sensor * params.bins + bin) * 3u;
+    let cell = (row * params.bins + bin) * 3u;
     atomicAdd(&sums[cell], u32(value.x));
     atomicAdd(&sums[cell + 1u], u32(value.y));
     atomicAdd(&sums[cell + 2u], u32(value.z));
@@ -50,11 +45,13 @@ fn deposit(sensor: u32, bin: u32, weight: vec3<f32>) {
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = id.x;
     let sensor_index = id.y;
-    if index >= params.samples || sensor_index >= params.sensors {
+    let batch = id.z;
+    if index >= params.samples || sensor_index >= params.sensors || batch >= params.batches {
         return;
     }
     let sensor = sensors[sensor_index];
-    let seed = hash_combine(hash_combine(params.seed, params.batch), sensor_index);
+    let row = batch * params.sensors + sensor_index;
+    let seed = hash_combine(hash_combine(params.seed, batch), params.first_sensor + sensor_index);
     var position = sensor.position;
     var direction = cosine_direction(sensor.normal, sample_pair(index, 0u, seed));
     // Irradiance: every cosine-distributed path stands for π sr.
@@ -78,9 +75,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let facing = select(-normal, normal, front);
         let material = materials[triangle_material(hit.triangle)];
         if material.kind == MATERIAL_ABSORBER {
-            // Windows carry their index + 1 in padding0.
-            if material.padding0 > 0u && specular_before && front {
-                deposit(sensor_index, window_bin(windows[material.padding0 - 1u], -direction), weight);
+            if material.window > 0u && specular_before && front {
+                deposit(row, window_bin(windows[material.window - 1u], -direction), weight);
             }
             ended = true;
             break;
@@ -116,7 +112,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             if to_window.weight > 0.0 && cosine > 0.0 {
                 let passed = straight_transmittance(position, to_window.direction, to_window.distance * 0.99999);
                 let share = passed * weight * (cosine * to_window.weight * 0.3183098861837907);
-                deposit(sensor_index, window_bin(windows[to_window.window], -to_window.direction), share);
+                deposit(row, window_bin(windows[to_window.window], -to_window.direction), share);
             }
             direction = cosine_direction(side, slope);
             specular_before = false;

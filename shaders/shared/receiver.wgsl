@@ -1,0 +1,20 @@
+// What the two halves of the view matrix exchange.
+
+struct Receiver {
+    position: vec3<f32>,
+    padding0: u32,
+    // Unit length.
+    normal: vec3<f32>,
+    padding1: u32,
+}
+
+struct VirtualLight {
+    position: vec3<f32>,
+    padding0: u32,
+    // Of the side that emits, unit length.
+    normal: vec3<f32>,
+    padding1: u32,
+    // Flux that leaves diffusely; 0 where there is no light.
+    flux: vec3<f32>,
+    padding2: u32,
+}

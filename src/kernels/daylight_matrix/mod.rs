@@ -1,0 +1,200 @@
+//! Daylight matrix D: how much of each sky patch each bin of a window sees.
+//!
+//! `D[bin][patch]` is the radiance that the window receives in a bin when the patch has radiance 1
+//! (dimensionless; what `rfluxmtx` computes with the window as sender). Row sums are 1 when
+//! nothing absorbs. Patch 0 is the ground below the horizon.
+
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod tests;
+
+use crate::bins::ReinhartSky;
+use crate::error::{Error, Result};
+use crate::gpu::{Device, Kernel};
+use crate::gpu_struct;
+use crate::kernels::trace::{Counters, TraceTables, WindowSurfaces, check_finished};
+use crate::kernels::view_matrix::{TraceStatistics, TracedMatrix};
+use crate::matrix::Matrix;
+use crate::progress::{Progress, cancelled};
+use crate::scene::{Scene, Window};
+
+gpu_struct! {
+    /// Parameters of `trace/daylight_paths`.
+    pub struct DaylightParams {
+        seed: u32,
+        first_path: u32,
+        paths: u32,
+        bins: u32,
+        window: u32,
+        sky_bins: u32,
+        sky_rows: u32,
+        most_bounces: u32,
+        unit: f32,
+        roulette_weight: f32,
+        row_height: f32,
+        padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// A row of sky patches (`shared/bins.wgsl`).
+    pub struct SkyRow {
+        sin_low: f32,
+        first: u32,
+        patches: u32,
+        padding: u32,
+    }
+}
+
+/// How much to sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DaylightOptions {
+    /// Radiance's `-ab`: most diffuse reflections of a path; `None` does not truncate.
+    pub bounces: Option<u32>,
+    /// Paths per bin and batch (Radiance's `-c` is this times `batches`).
+    pub paths: u32,
+    /// Independent repetitions; their spread gives the standard error. At least 2.
+    pub batches: u32,
+    /// Same seed, same device: same bits.
+    pub seed: u32,
+    /// Path weight below which Russian roulette decides (Radiance's `-lw`).
+    pub roulette_weight: f32,
+}
+
+impl Default for DaylightOptions {
+    fn default() -> Self {
+        Self { bounces: None, paths: 2048, batches: 8, seed: 1, roulette_weight: 0.05 }
+    }
+}
+
+/// Paths per bin in one dispatch: bounds the fixed-point sums and the time of a dispatch.
+const PATHS_PER_DISPATCH: u32 = 1 << 14;
+/// Fixed-point units that one dispatch may add to one cell.
+const CELL_CAPACITY: f32 = (1u32 << 31) as f32;
+
+/// Shaders of this module, for the tests.
+pub fn registered() -> Vec<crate::gpu::Registered> {
+    vec![crate::gpu::Registered::new("trace/daylight_paths").with::<DaylightParams>().with::<SkyRow>()]
+}
+
+/// Rows of the sky for the shader: the Reinhart rows, the zenith cap, and a sentinel.
+fn sky_rows(sky: ReinhartSky) -> Vec<SkyRow> {
+    let height = sky.row_height();
+    let mut rows: Vec<SkyRow> = sky
+        .rows()
+        .enumerate()
+        .map(|(row, (first, patches))| SkyRow {
+            sin_low: (row as f64 * height).sin() as f32,
+            first: first as u32,
+            patches: patches as u32,
+            padding: 0,
+        })
+        .collect();
+    let zenith = sky.len() as u32 - 1;
+    rows.push(SkyRow { sin_low: (rows.len() as f64 * height).sin() as f32, first: zenith, patches: 1, padding: 0 });
+    rows.push(SkyRow { sin_low: 2.0, first: zenith, patches: 1, padding: 0 });
+    rows
+}
+
+/// Computes D for one window: rows the window's bins, columns the sky's bins with the ground
+/// first, RGB. Window surfaces are open holes, as in Radiance, whose senders are not part of the
+/// scene.
+///
+/// # Errors
+/// If the window has no area, the device fails or loses paths, or when stopped by `progress`.
+pub fn compute(
+    device: &Device,
+    scene: &Scene,
+    window: &Window,
+    sky: ReinhartSky,
+    options: &DaylightOptions,
+    progress: &dyn Progress,
+) -> Result<TracedMatrix> {
+    if options.batches < 2 || options.paths == 0 {
+        return Err(Error::new("at least two batches of at least one path are needed"));
+    }
+    let tables = TraceTables::new(scene, std::slice::from_ref(window), WindowSurfaces::Open)?;
+    let trace_scene = tables.upload(device)?;
+    let components: usize = if tables.features.grey { 1 } else { 3 };
+    let kernel = Kernel::new(device, "trace/daylight_paths", &[], &[("COMPONENTS", components as f64)])?;
+    let rows = device.upload("sky rows", &sky_rows(sky))?;
+    let bins = window.basis.len();
+    let cells = bins * sky.len() * components;
+    let sums_buffer = device.zeros::<u32>("daylight sums", 2 * cells)?;
+    let counters = device.zeros::<Counters>("path counters", 1)?;
+    let mut statistics = TraceStatistics::default();
+    // Means of batches: sum and sum of squares of the total, sum of the direct part.
+    let mut sum = vec![0.0f64; cells];
+    let mut squares = vec![0.0f64; cells];
+    let mut direct_sum = vec![0.0f64; cells];
+    let mut batch_cells = vec![0.0f64; 2 * cells];
+    let work = f64::from(options.batches) * f64::from(options.paths);
+    for batch in 0..options.batches {
+        batch_cells.fill(0.0);
+        for first_path in (0..options.paths).step_by(PATHS_PER_DISPATCH as usize) {
+            progress.update("daylight matrix", (f64::from(batch) * f64::from(options.paths) + f64::from(first_path)) / work);
+            if progress.stop_requested() {
+                return Err(cancelled());
+            }
+            let paths = PATHS_PER_DISPATCH.min(options.paths - first_path);
+            let unit = CELL_CAPACITY / paths as f32;
+            let params = DaylightParams {
+                seed: crate::kernels::trace::stream_seed(options.seed, batch, 0x6461_796c),
+                first_path,
+                paths,
+                bins: bins as u32,
+                window: 0,
+                sky_bins: sky.len() as u32,
+                sky_rows: (sky.rows().count() + 1) as u32,
+                most_bounces: options.bounces.unwrap_or(u32::MAX),
+                unit,
+                roulette_weight: options.roulette_weight,
+                row_height: sky.row_height() as f32,
+                padding: 0,
+            };
+            let params = device.uniform("daylight parameters", &params)?;
+            device.write(&counters, &[Counters::default()])?;
+            device.write(&sums_buffer, &vec![0u32; 2 * cells])?;
+            let bind = kernel.bind(&trace_scene.bindings(&[
+                ("params", &params),
+                ("sky_rows", &rows),
+                ("sums", &sums_buffer),
+                ("counters", &counters),
+            ]))?;
+            device.dispatch(&kernel, &bind, [paths.div_ceil(64), bins as u32, 1])?;
+            let found = device.read::<Counters>(&counters)?[0];
+            let started = u64::from(paths) * bins as u64;
+            check_finished(&found, started, "daylight paths")?;
+            statistics.paths += started;
+            statistics.segments += u64::from(found.segments);
+            for (cell, &units) in batch_cells.iter_mut().zip(&device.read::<u32>(&sums_buffer)?) {
+                *cell += f64::from(units) / f64::from(unit);
+            }
+        }
+        for cell in 0..cells {
+            let direct = batch_cells[cell] / f64::from(options.paths);
+            let total = direct + batch_cells[cells + cell] / f64::from(options.paths);
+            direct_sum[cell] += direct;
+            sum[cell] += total;
+            squares[cell] += total * total;
+        }
+    }
+    progress.update("daylight matrix", 1.0);
+    let n = f64::from(options.batches);
+    let shape = |f: &dyn Fn(usize) -> f64| -> Matrix<f32> {
+        let mut m = Matrix::zeros(bins, sky.len(), 3);
+        for (element, out) in m.data_mut().chunks_exact_mut(3).enumerate() {
+            for (c, v) in out.iter_mut().enumerate() {
+                *v = f(element * components + c.min(components - 1)) as f32;
+            }
+        }
+        m
+    };
+    Ok(TracedMatrix {
+        total: shape(&|i| sum[i] / n),
+        direct: shape(&|i| direct_sum[i] / n),
+        standard_error: shape(&|i| ((squares[i] / n - (sum[i] / n).powi(2)).max(0.0) / (n - 1.0)).sqrt()),
+        statistics,
+    })
+}

@@ -1,0 +1,366 @@
+//! What all tracing kernels share: the scene, its windows and their tables on the device.
+
+use crate::bins::AngleBasis;
+use crate::bvh::Bvh;
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Device};
+use crate::gpu_struct;
+use crate::scene::{self, MaterialKind, Scene};
+use glam::{DVec3, Vec3};
+
+gpu_struct! {
+    /// Optical properties of a surface (`shared/material.wgsl`).
+    pub struct Material {
+        diffuse: [f32; 3],
+        kind: u32,
+        specular: [f32; 3],
+        roughness: f32,
+        diffuse_transmitted: [f32; 3],
+        window: u32,
+        specular_transmitted: [f32; 3],
+        padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// A window (`shared/window.wgsl`).
+    pub struct Window {
+        x: [f32; 3],
+        first_triangle: u32,
+        y: [f32; 3],
+        triangles: u32,
+        z: [f32; 3],
+        area: f32,
+        first_bin: u32,
+        bins: u32,
+        first_ring: u32,
+        rings: u32,
+    }
+}
+
+gpu_struct! {
+    /// A ring of a window's basis (`shared/bins.wgsl`).
+    pub struct Ring {
+        cos2_low: f32,
+        cos2_high: f32,
+        first: u32,
+        bins: u32,
+    }
+}
+
+gpu_struct! {
+    /// Paths finished and failed, paths still alive, segments traced (`shared/counters.wgsl`).
+    pub struct Counters {
+        finished: u32,
+        failed: u32,
+        alive: u32,
+        segments: u32,
+    }
+}
+
+const ABSORBER: u32 = 0;
+const SURFACE: u32 = 1;
+const GLASS: u32 = 2;
+const MIRROR: u32 = 3;
+
+/// From the user's coordinates to the tracer's: the origin in the middle of the windows, lengths
+/// in units of their size, so that f32 keeps its digits where they matter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Normalization {
+    /// The tracer's origin in the user's coordinates.
+    pub origin: DVec3,
+    /// Tracer's units per user's unit.
+    pub scale: f64,
+}
+
+impl Normalization {
+    /// The normalisation for these windows.
+    pub fn of(windows: &[scene::Window]) -> Self {
+        let area: f64 = windows.iter().map(scene::Window::area).sum();
+        let corners = || windows.iter().flat_map(|w| w.triangles.iter().flatten());
+        let low = corners().fold(DVec3::INFINITY, |a, &b| a.min(b));
+        let high = corners().fold(DVec3::NEG_INFINITY, |a, &b| a.max(b));
+        Self { origin: (low + high) / 2.0, scale: 1.0 / (area / windows.len().max(1) as f64).sqrt().max(1e-12) }
+    }
+
+    /// A point in the tracer's coordinates.
+    pub fn point(&self, p: DVec3) -> Vec3 {
+        ((p - self.origin) * self.scale).as_vec3()
+    }
+}
+
+/// Which of a scene's features its shaders need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SceneFeatures {
+    /// All reflectances and transmittances are grey.
+    pub grey: bool,
+    /// There are panes of glass.
+    pub glass: bool,
+    /// Something reflects or transmits other than diffusely.
+    pub specular: bool,
+}
+
+/// Tables of a scene in the tracer's units, still on the host. The f64 references use the same.
+#[derive(Debug, Clone)]
+pub struct TraceTables {
+    /// Coordinates.
+    pub normalization: Normalization,
+    /// Triangles in the tracer's units.
+    pub triangles: Vec<[Vec3; 3]>,
+    /// Index into `materials` of each triangle.
+    pub triangle_materials: Vec<u32>,
+    /// Materials, the windows' absorbers last.
+    pub materials: Vec<Material>,
+    /// Windows.
+    pub windows: Vec<Window>,
+    /// Rings of all windows.
+    pub rings: Vec<Ring>,
+    /// Corners of the windows' triangles: xyz and w as in `shared/window.wgsl`.
+    pub window_triangles: Vec<[f32; 4]>,
+    /// What the shaders need.
+    pub features: SceneFeatures,
+}
+
+/// Whether the windows' own surfaces stop rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WindowSurfaces {
+    /// They end every path that meets them (view matrix).
+    Absorb,
+    /// They are holes (daylight matrix).
+    Open,
+}
+
+impl TraceTables {
+    /// Tables of `scene` seen through `windows`.
+    ///
+    /// # Errors
+    /// If there is no window, or one has no area.
+    pub fn new(scene: &Scene, windows: &[scene::Window], surfaces: WindowSurfaces) -> Result<Self> {
+        if windows.is_empty() {
+            return Err(Error::new("there is no window").help("name at least one window surface"));
+        }
+        for window in windows {
+            if !(window.area() > 0.0) || window.triangles.iter().flatten().any(|p| !p.is_finite()) {
+                return Err(Error::new(format!("window '{}' has no area", window.name))
+                    .file(&window.origin.file)
+                    .line(window.origin.line)
+                    .help("its polygon is degenerate or not finite"));
+            }
+        }
+        let normalization = Normalization::of(windows);
+        let mut tables = Self {
+            normalization,
+            triangles: Vec::with_capacity(scene.triangles.len()),
+            triangle_materials: Vec::with_capacity(scene.triangles.len()),
+            materials: scene.materials.iter().map(|m| material_record(&m.kind)).collect(),
+            windows: Vec::new(),
+            rings: Vec::new(),
+            window_triangles: Vec::new(),
+            features: SceneFeatures { grey: true, glass: false, specular: false },
+        };
+        for triangle in &scene.triangles {
+            if scene.materials[triangle.material.0 as usize].kind != MaterialKind::Void {
+                tables.push_triangle(triangle.vertices, triangle.material.0);
+            }
+        }
+        for window in windows {
+            tables.push_window(window, surfaces);
+        }
+        if tables.triangles.is_empty() {
+            // A scene without surfaces: something far behind every ray keeps the BVH well formed.
+            tables.materials.push(absorber(0));
+            let far = Vec3::new(0.0, 0.0, -1e6);
+            tables.triangles.push([far, far + Vec3::X * 1e-3, far + Vec3::Y * 1e-3]);
+            tables.triangle_materials.push(tables.materials.len() as u32 - 1);
+        }
+        tables.features = tables.find_features();
+        Ok(tables)
+    }
+
+    /// Bins of all windows.
+    pub fn bins(&self) -> usize {
+        self.windows.last().map_or(0, |w| (w.first_bin + w.bins) as usize)
+    }
+
+    fn push_triangle(&mut self, vertices: [DVec3; 3], material: u32) {
+        let t = vertices.map(|p| self.normalization.point(p));
+        // Triangles that have no extent in f32 can neither be hit nor cast shadows.
+        if (t[1] - t[0]).cross(t[2] - t[0]).length_squared() > 0.0 {
+            self.triangles.push(t);
+            self.triangle_materials.push(material);
+        }
+    }
+
+    fn push_window(&mut self, window: &scene::Window, surfaces: WindowSurfaces) {
+        let first_triangle = (self.window_triangles.len() / 3) as u32;
+        let (first_bin, first_ring) = (self.bins() as u32, self.rings.len() as u32);
+        let scale2 = self.normalization.scale * self.normalization.scale;
+        let total = window.area();
+        let mut cumulative = 0.0;
+        for corners in &window.triangles {
+            let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length() / 2.0;
+            if area <= 0.0 {
+                continue;
+            }
+            cumulative += area / total;
+            let [a, b, c] = corners.map(|p| self.normalization.point(p));
+            self.window_triangles.push([a.x, a.y, a.z, cumulative as f32]);
+            self.window_triangles.push([b.x, b.y, b.z, (area * scale2) as f32]);
+            self.window_triangles.push([c.x, c.y, c.z, 0.0]);
+        }
+        push_rings(&mut self.rings, &window.basis);
+        self.windows.push(Window {
+            x: window.frame.x.as_vec3().to_array(),
+            first_triangle,
+            y: window.frame.y.as_vec3().to_array(),
+            triangles: (self.window_triangles.len() / 3) as u32 - first_triangle,
+            z: window.frame.z.as_vec3().to_array(),
+            area: (total * scale2) as f32,
+            first_bin,
+            bins: window.basis.len() as u32,
+            first_ring,
+            rings: self.rings.len() as u32 - first_ring,
+        });
+        if surfaces == WindowSurfaces::Absorb {
+            self.materials.push(absorber(self.windows.len() as u32));
+            let material = self.materials.len() as u32 - 1;
+            for corners in &window.triangles {
+                // Front side into the room, whatever the order of the file's vertices.
+                let [a, b, c] = *corners;
+                let front = (b - a).cross(c - a).dot(window.frame.z) > 0.0;
+                self.push_triangle(if front { [a, b, c] } else { [a, c, b] }, material);
+            }
+        }
+    }
+
+    fn find_features(&self) -> SceneFeatures {
+        let mut features = SceneFeatures { grey: true, glass: false, specular: false };
+        let mut used: Vec<u32> = self.triangle_materials.clone();
+        used.sort_unstable();
+        used.dedup();
+        for material in used.into_iter().map(|m| &self.materials[m as usize]) {
+            let colours = [material.diffuse, material.specular, material.diffuse_transmitted, material.specular_transmitted];
+            features.grey &= colours.iter().all(|c| c[0] == c[1] && c[1] == c[2]);
+            features.glass |= material.kind == GLASS;
+            features.specular |= material.kind == GLASS
+                || material.kind == MIRROR
+                || (material.kind == SURFACE && (material.specular != [0.0; 3] || material.specular_transmitted != [0.0; 3]));
+        }
+        features
+    }
+
+    /// Uploads the tables and builds the acceleration structure.
+    ///
+    /// # Errors
+    /// If the device lacks memory or one table exceeds its limits.
+    pub fn upload(&self, device: &Device) -> Result<TraceScene> {
+        let bvh = Bvh::build(&self.triangles);
+        let mut corners: Vec<[f32; 4]> = Vec::with_capacity(bvh.order.len() * 3);
+        for &index in &bvh.order {
+            let [a, b, c] = self.triangles[index as usize];
+            let material = f32::from_bits(self.triangle_materials[index as usize]);
+            corners.extend([[a.x, a.y, a.z, material], [b.x, b.y, b.z, 0.0], [c.x, c.y, c.z, 0.0]]);
+        }
+        Ok(TraceScene {
+            nodes: device.upload("BVH nodes", &bvh.nodes)?,
+            triangles: device.upload("triangles", &corners)?,
+            materials: device.upload("materials", &self.materials)?,
+            windows: device.upload("windows", &self.windows)?,
+            rings: device.upload("rings of the windows' bases", &self.rings)?,
+            window_triangles: device.upload("window triangles", &self.window_triangles)?,
+        })
+    }
+}
+
+/// A scene on the device: the bindings that every tracing kernel shares.
+pub struct TraceScene {
+    nodes: Buffer,
+    triangles: Buffer,
+    materials: Buffer,
+    windows: Buffer,
+    rings: Buffer,
+    window_triangles: Buffer,
+}
+
+impl TraceScene {
+    /// Shared bindings by their WGSL names, with those of one kernel added.
+    pub fn bindings<'a>(&'a self, own: &[(&'a str, &'a Buffer)]) -> Vec<(&'a str, &'a Buffer)> {
+        let mut all = vec![
+            ("bvh_nodes", &self.nodes),
+            ("bvh_triangles", &self.triangles),
+            ("materials", &self.materials),
+            ("windows", &self.windows),
+            ("rings", &self.rings),
+            ("window_triangles", &self.window_triangles),
+        ];
+        all.extend_from_slice(own);
+        all
+    }
+}
+
+fn push_rings(rings: &mut Vec<Ring>, basis: &AngleBasis) {
+    for ring in basis.rings() {
+        let cos2 = |degrees: f64| if degrees >= 90.0 { 0.0 } else { degrees.to_radians().cos().powi(2) as f32 };
+        rings.push(Ring { cos2_low: cos2(ring.theta_min), cos2_high: cos2(ring.theta_max), first: ring.first as u32, bins: ring.bins as u32 });
+    }
+}
+
+fn absorber(window: u32) -> Material {
+    Material { kind: ABSORBER, window, ..bytemuck::Zeroable::zeroed() }
+}
+
+/// Radiance's material parameters as the shares of light that the shaders use.
+fn material_record(kind: &MaterialKind) -> Material {
+    let scaled = |c: [f64; 3], f: f64| c.map(|v| (v * f) as f32);
+    let surface = Material { kind: SURFACE, ..bytemuck::Zeroable::zeroed() };
+    match *kind {
+        MaterialKind::Plastic { color, specularity, roughness } => {
+            Material { diffuse: scaled(color, 1.0 - specularity), specular: [specularity as f32; 3], roughness: roughness as f32, ..surface }
+        }
+        MaterialKind::Metal { color, specularity, roughness } => Material {
+            diffuse: scaled(color, 1.0 - specularity),
+            specular: scaled(color, specularity),
+            roughness: roughness as f32,
+            ..surface
+        },
+        MaterialKind::Trans { color, specularity, roughness, transmissivity, transmitted_specularity } => {
+            let transmitted = transmissivity * (1.0 - specularity);
+            Material {
+                diffuse: scaled(color, 1.0 - specularity - transmitted),
+                specular: [specularity as f32; 3],
+                roughness: roughness as f32,
+                diffuse_transmitted: scaled(color, transmitted * (1.0 - transmitted_specularity)),
+                specular_transmitted: scaled(color, transmitted * transmitted_specularity),
+                ..surface
+            }
+        }
+        MaterialKind::Glass { transmissivity, refraction_index } => {
+            Material { kind: GLASS, specular: scaled(transmissivity, 1.0), roughness: refraction_index as f32, ..surface }
+        }
+        MaterialKind::Mirror { color } => Material { kind: MIRROR, specular: scaled(color, 1.0), ..surface },
+        MaterialKind::Light { .. } | MaterialKind::Glow { .. } | MaterialKind::Void => absorber(0),
+    }
+}
+
+/// Checks that every path started was finished: some drivers end long loops silently.
+///
+/// # Errors
+/// If paths were lost.
+pub fn check_finished(counters: &Counters, started: u64, what: &str) -> Result<()> {
+    if u64::from(counters.finished) == started && counters.failed == 0 {
+        return Ok(());
+    }
+    Err(Error::new(format!(
+        "{what}: {started} paths were started but {} finished and {} were cut off by the device",
+        counters.finished, counters.failed
+    ))
+    .help("the scene is too deep for this device's limit on loops; use another device, or simplify the geometry"))
+}
+
+/// A seed for one stream of random numbers: different for every seed, batch and purpose.
+pub fn stream_seed(seed: u32, batch: u32, purpose: u32) -> u32 {
+    let mut x = (u64::from(seed) << 32 | u64::from(batch)) ^ u64::from(purpose).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (x ^ (x >> 31)) as u32
+}

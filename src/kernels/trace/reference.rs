@@ -1,0 +1,273 @@
+//! f64 reference of the tracing kernels: plain analog path tracing against every triangle, written
+//! from the definition of V and D and sharing nothing with the shaders but the scene and the bins.
+//! Slow and noisy, but plainly right; results come with their standard error.
+
+use crate::bins::ReinhartSky;
+use crate::scene::{MaterialKind, Scene, Window};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// Sum and sum of squares of a Monte-Carlo estimate.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Estimate {
+    sum: f64,
+    squares: f64,
+}
+
+impl Estimate {
+    pub fn add(&mut self, value: f64) {
+        self.sum += value;
+        self.squares += value * value;
+    }
+
+    pub fn mean(&self, samples: usize) -> f64 {
+        self.sum / samples as f64
+    }
+
+    pub fn standard_error(&self, samples: usize) -> f64 {
+        let n = samples as f64;
+        ((self.squares / n - (self.sum / n).powi(2)).max(0.0) / n).sqrt()
+    }
+}
+
+/// SplitMix64 (Steele et al. 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn cosine_direction(&mut self, normal: DVec3) -> DVec3 {
+        let (r2, phi) = (self.next(), TAU * self.next());
+        let x = normal.any_orthonormal_vector();
+        let y = normal.cross(x);
+        (x * (r2.sqrt() * phi.cos()) + y * (r2.sqrt() * phi.sin()) + normal * (1.0 - r2).sqrt()).normalize()
+    }
+
+    fn point_on(&mut self, triangles: &[[DVec3; 3]]) -> DVec3 {
+        let area = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).length();
+        let mut pick = self.next() * triangles.iter().map(area).sum::<f64>();
+        let mut chosen = triangles[triangles.len() - 1];
+        for t in triangles {
+            if pick < area(t) {
+                chosen = *t;
+                break;
+            }
+            pick -= area(t);
+        }
+        let (u, v) = (self.next().sqrt(), self.next());
+        chosen[0] * (1.0 - u) + chosen[1] * (u * (1.0 - v)) + chosen[2] * (u * v)
+    }
+}
+
+enum Met {
+    Nothing,
+    Window(usize),
+    Surface { distance: f64, normal: DVec3, material: MaterialKind },
+}
+
+fn intersect(t: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
+    let (e1, e2) = (t[1] - t[0], t[2] - t[0]);
+    let p = direction.cross(e2);
+    let det = e1.dot(p);
+    if det.abs() < 1e-14 {
+        return None;
+    }
+    let s = origin - t[0];
+    let u = s.dot(p) / det;
+    let q = s.cross(e1);
+    let v = direction.dot(q) / det;
+    let distance = e2.dot(q) / det;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 1e-6).then_some(distance)
+}
+
+/// What a ray meets first. Windows count only if given.
+fn meet(scene: &Scene, windows: &[Window], origin: DVec3, direction: DVec3) -> Met {
+    let mut nearest = f64::INFINITY;
+    let mut met = Met::Nothing;
+    for t in &scene.triangles {
+        if let Some(distance) = intersect(&t.vertices, origin, direction).filter(|&d| d < nearest) {
+            nearest = distance;
+            let [a, b, c] = t.vertices;
+            met = Met::Surface { distance, normal: (b - a).cross(c - a).normalize(), material: scene.materials[t.material.0 as usize].kind };
+        }
+    }
+    for (i, w) in windows.iter().enumerate() {
+        for t in &w.triangles {
+            if let Some(distance) = intersect(t, origin, direction).filter(|&d| d < nearest) {
+                nearest = distance;
+                met = Met::Window(i);
+            }
+        }
+    }
+    met
+}
+
+struct Scattered {
+    direction: DVec3,
+    weight: [f64; 3],
+    diffuse: bool,
+}
+
+fn largest(c: [f64; 3]) -> f64 {
+    c[0].max(c[1]).max(c[2])
+}
+
+/// Radiance's material models for smooth and rough surfaces, one lobe chosen at random.
+fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut Random) -> Option<Scattered> {
+    let front = incoming.dot(normal) < 0.0;
+    let facing = if front { normal } else { -normal };
+    let cosine = -incoming.dot(facing);
+    let mirrored = incoming + facing * (2.0 * cosine);
+    let scale = |c: [f64; 3], f: f64| c.map(|v| v * f);
+    // Lobes: weight, and what to do.
+    let (diffuse, transmitted, specular, through, rough) = match *material {
+        MaterialKind::Plastic { color, specularity, roughness } => {
+            (scale(color, 1.0 - specularity), [0.0; 3], [specularity; 3], [0.0; 3], roughness)
+        }
+        MaterialKind::Metal { color, specularity, roughness } => {
+            (scale(color, 1.0 - specularity), [0.0; 3], scale(color, specularity), [0.0; 3], roughness)
+        }
+        MaterialKind::Trans { color, specularity, roughness, transmissivity, transmitted_specularity } => {
+            let t = transmissivity * (1.0 - specularity);
+            (
+                scale(color, 1.0 - specularity - t),
+                scale(color, t * (1.0 - transmitted_specularity)),
+                [specularity; 3],
+                scale(color, t * transmitted_specularity),
+                roughness,
+            )
+        }
+        MaterialKind::Mirror { color } => {
+            return front.then_some(Scattered { direction: mirrored, weight: color, diffuse: false });
+        }
+        MaterialKind::Glass { transmissivity, refraction_index } => {
+            // Fresnel by angles: refraction, then the sum over internal reflections.
+            let sin_in = (1.0 - cosine * cosine).max(0.0).sqrt();
+            let cos_in = cosine;
+            let cos_out = (1.0 - (sin_in / refraction_index).powi(2)).sqrt();
+            let rs = ((cos_in - refraction_index * cos_out) / (cos_in + refraction_index * cos_out)).powi(2);
+            let rp = ((refraction_index * cos_in - cos_out) / (refraction_index * cos_in + cos_out)).powi(2);
+            let pass = transmissivity.map(|t| t.powf(1.0 / cos_out));
+            let mix = |f: &dyn Fn(f64, f64) -> f64| pass.map(|d| (f(rs, d) + f(rp, d)) / 2.0);
+            let t = mix(&|r, d| (1.0 - r).powi(2) * d / (1.0 - (r * d).powi(2)));
+            let r = mix(&|r, d| r + (1.0 - r).powi(2) * r * d * d / (1.0 - (r * d).powi(2)));
+            let p = largest(t) / (largest(t) + largest(r));
+            return Some(if random.next() < p {
+                Scattered { direction: incoming, weight: scale(t, 1.0 / p), diffuse: false }
+            } else {
+                Scattered { direction: mirrored, weight: scale(r, 1.0 / (1.0 - p)), diffuse: false }
+            });
+        }
+        _ => return None,
+    };
+    let smooth = rough * rough <= 1e-6;
+    let (specular, rest) = if smooth && largest(specular) >= 0.018 {
+        let f = (-5.85 * cosine).exp() - (-5.85f64).exp();
+        (specular.map(|s| s + f * (1.0 - s)), 1.0 - f)
+    } else {
+        (specular, 1.0)
+    };
+    let lobes = [scale(diffuse, rest), scale(transmitted, rest), specular, scale(through, rest)];
+    let total: f64 = lobes.iter().map(|&l| largest(l)).sum();
+    if total <= 0.0 {
+        return None;
+    }
+    let mut pick = random.next() * total;
+    let mut chosen = 0;
+    while chosen < 3 && pick >= largest(lobes[chosen]) {
+        pick -= largest(lobes[chosen]);
+        chosen += 1;
+    }
+    let weight = scale(lobes[chosen], total / largest(lobes[chosen]));
+    match chosen {
+        0 => Some(Scattered { direction: random.cosine_direction(facing), weight, diffuse: true }),
+        1 => Some(Scattered { direction: random.cosine_direction(-facing), weight, diffuse: true }),
+        _ => {
+            assert!(smooth, "the reference covers smooth surfaces only");
+            Some(Scattered { direction: if chosen == 2 { mirrored } else { incoming }, weight, diffuse: false })
+        }
+    }
+}
+
+/// One row of V: irradiance coefficients of all windows' bins, `[bin][rgb]`. `bounces` as `-ab`.
+pub fn view_row(scene: &Scene, windows: &[Window], position: DVec3, normal: DVec3, bounces: u32, samples: usize, seed: u64) -> Vec<[Estimate; 3]> {
+    let firsts: Vec<usize> = windows.iter().scan(0, |n, w| Some(std::mem::replace(n, *n + w.basis.len()))).collect();
+    let bins = windows.iter().map(|w| w.basis.len()).sum();
+    let mut row = vec![[Estimate::default(); 3]; bins];
+    let mut random = Random(seed);
+    for _ in 0..samples {
+        let mut origin = position;
+        let mut direction = random.cosine_direction(normal.normalize());
+        let mut weight = [PI; 3];
+        let mut reflections = 0;
+        for _ in 0..1000 {
+            match meet(scene, windows, origin, direction) {
+                Met::Nothing => break,
+                Met::Window(w) => {
+                    let frame = windows[w].frame;
+                    if direction.dot(frame.z) < 0.0 {
+                        let bin = firsts[w] + windows[w].basis.bin_of(frame.to_local(-direction));
+                        for c in 0..3 {
+                            row[bin][c].add(weight[c]);
+                        }
+                    }
+                    break;
+                }
+                Met::Surface { distance, normal, material } => {
+                    let Some(s) = scatter(&material, direction, normal, &mut random) else { break };
+                    reflections += u32::from(s.diffuse);
+                    if reflections >= bounces {
+                        break;
+                    }
+                    origin += direction * distance;
+                    direction = s.direction;
+                    for c in 0..3 {
+                        weight[c] *= s.weight[c];
+                    }
+                }
+            }
+        }
+    }
+    row
+}
+
+/// One row of D: `[patch][rgb]`. `bounces` as `-ab`.
+pub fn daylight_row(scene: &Scene, window: &Window, bin: usize, sky: ReinhartSky, bounces: u32, samples: usize, seed: u64) -> Vec<[Estimate; 3]> {
+    let mut row = vec![[Estimate::default(); 3]; sky.len()];
+    let mut random = Random(seed);
+    for _ in 0..samples {
+        let mut origin = random.point_on(&window.triangles);
+        let mut direction = -window.frame.to_world(window.basis.direction(bin, random.next(), random.next()));
+        let mut weight = [1.0; 3];
+        let mut reflections = 0;
+        for _ in 0..1000 {
+            match meet(scene, &[], origin, direction) {
+                Met::Surface { distance, normal, material } => {
+                    let Some(s) = scatter(&material, direction, normal, &mut random) else { break };
+                    reflections += u32::from(s.diffuse);
+                    if reflections > bounces {
+                        break;
+                    }
+                    origin += direction * distance;
+                    direction = s.direction;
+                    for c in 0..3 {
+                        weight[c] *= s.weight[c];
+                    }
+                }
+                _ => {
+                    for (c, estimate) in row[sky.bin_of(direction)].iter_mut().enumerate() {
+                        estimate.add(weight[c]);
+                    }
+                    break;
+                }
+            }
+        }
+    }
+    row
+}

@@ -1,0 +1,505 @@
+//! View matrix V: what each sensor receives from each bin of each window.
+//!
+//! `V[sensor][bin]` is the irradiance at the sensor when the windows emit radiance 1 into the
+//! directions of that bin (sr; what `rfluxmtx -I+` computes). Three unbiased parts, each with the
+//! estimator that suits it:
+//!
+//! | part | estimator | shader |
+//! |---|---|---|
+//! | straight from the window | windows sampled in solid angle from the sensor | `view_direct` |
+//! | reflected in the room | light paths from each bin, whose diffuse vertices serve *all* sensors (instant radiosity) | `light_paths`, `view_gather` |
+//! | what the second part must leave out: very short connections, mirrors seen by the sensor | paths from the sensor | `view_near` |
+//!
+//! All of it is repeated in independently scrambled batches; their spread is the standard error.
+
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod tests;
+
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Device, Kernel, Plan};
+use crate::gpu_struct;
+use crate::kernels::trace::{Counters, TraceScene, TraceTables, WindowSurfaces, check_finished};
+use crate::matrix::Matrix;
+use crate::progress::{Progress, cancelled};
+use crate::scene::{Scene, Window};
+use glam::DVec3;
+
+gpu_struct! {
+    /// Parameters of `trace/light_paths`.
+    pub struct LightPathParams {
+        seed: u32,
+        paths: u32,
+        bins: u32,
+        window_count: u32,
+        vertex: u32,
+        last: u32,
+        batches: u32,
+        first_path: u32,
+    }
+}
+
+gpu_struct! {
+    /// State of a light path between dispatches.
+    pub struct LightPath {
+        position: [f32; 3],
+        alive: u32,
+        direction: [f32; 3],
+        pairs: u32,
+        flux: [f32; 3],
+        padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// A diffuse vertex of a light path.
+    pub struct VirtualLight {
+        position: [f32; 3],
+        padding0: u32,
+        normal: [f32; 3],
+        padding1: u32,
+        flux: [f32; 3],
+        padding2: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `trace/view_gather`.
+    pub struct GatherParams {
+        sensors: u32,
+        bins: u32,
+        lights: u32,
+        first_light: u32,
+        light_count: u32,
+        batches: u32,
+        near_radius: f32,
+        padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// A receiver in the tracer's coordinates.
+    #[allow(missing_docs)]
+    pub struct Receiver {
+        position: [f32; 3],
+        padding0: u32,
+        normal: [f32; 3],
+        padding1: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `trace/view_direct`.
+    pub struct DirectParams {
+        seed: u32,
+        sensors: u32,
+        samples: u32,
+        bins: u32,
+        window_count: u32,
+        unit: f32,
+        batches: u32,
+        first_sensor: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `trace/view_near`.
+    pub struct NearParams {
+        seed: u32,
+        sensors: u32,
+        samples: u32,
+        bins: u32,
+        window_count: u32,
+        unit: f32,
+        batches: u32,
+        most_bounces: u32,
+        near_radius: f32,
+        roulette_weight: f32,
+        first_sensor: u32,
+        padding: u32,
+    }
+}
+
+/// Where light is received: a point and the normal of the small surface that receives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor {
+    /// World coordinates.
+    pub position: DVec3,
+    /// Need not have unit length.
+    pub direction: DVec3,
+}
+
+/// How much to sample. Every number is per sensor or bin *and batch*.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewOptions {
+    /// Radiance's `-ab`: 1 is straight light only, n allows n − 1 diffuse reflections; `None` does
+    /// not truncate.
+    pub bounces: Option<u32>,
+    /// Light paths per bin.
+    pub light_paths: u32,
+    /// Samples of the windows per sensor.
+    pub direct_samples: u32,
+    /// Paths per sensor for short connections and mirrors.
+    pub near_samples: u32,
+    /// Independent repetitions; their spread gives the standard error. At least 2.
+    pub batches: u32,
+    /// Same seed, same device: same bits.
+    pub seed: u32,
+    /// Path weight below which Russian roulette decides (Radiance's `-lw`).
+    pub roulette_weight: f32,
+    /// Connections shorter than this multiple of the windows' size are left to `near_samples`.
+    pub near_radius: f32,
+    /// Device memory to use, bytes.
+    pub memory: u64,
+}
+
+impl Default for ViewOptions {
+    fn default() -> Self {
+        Self {
+            bounces: None,
+            light_paths: 64,
+            direct_samples: 512,
+            near_samples: 128,
+            batches: 8,
+            seed: 1,
+            roulette_weight: 0.05,
+            near_radius: 0.2,
+            memory: 1 << 30,
+        }
+    }
+}
+
+/// What [`compute`] did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TraceStatistics {
+    /// Paths started, all of them finished.
+    pub paths: u64,
+    /// Path segments and connections, at least.
+    pub segments: u64,
+}
+
+/// A matrix, its part without diffuse reflections, and its standard error, all of one shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TracedMatrix {
+    /// The matrix.
+    pub total: Matrix<f32>,
+    /// Only what arrives without diffuse reflection (Vd, Dd); never larger than `total`.
+    pub direct: Matrix<f32>,
+    /// Standard error of each entry of `total`.
+    pub standard_error: Matrix<f32>,
+    /// Work done.
+    pub statistics: TraceStatistics,
+}
+
+/// Fixed-point units per steradian in `view_direct`: a cell holds at most 2π sr.
+const DIRECT_UNIT: f32 = (1u32 << 29) as f32;
+/// Bound on what one path of `view_near` may add to one cell, sr.
+const NEAR_BOUND: f64 = 64.0;
+/// Rounds of light paths after which an untruncated computation stops; roulette ends paths long
+/// before.
+const MOST_VERTICES: u32 = 256;
+/// Virtual lights that one invocation of `view_gather` sums: bounds its loops.
+const LIGHTS_PER_DISPATCH: u32 = 64;
+
+/// Shaders of this module, for the tests.
+pub fn registered() -> Vec<crate::gpu::Registered> {
+    use crate::gpu::Registered;
+    use crate::kernels::trace;
+    vec![
+        Registered::new("trace/light_paths")
+            .with::<LightPathParams>()
+            .with::<LightPath>()
+            .with::<VirtualLight>()
+            .with::<trace::Material>()
+            .with::<trace::Window>()
+            .with::<trace::Ring>()
+            .with::<trace::Counters>(),
+        Registered::new("trace/view_gather").with::<GatherParams>().with::<Receiver>().with::<VirtualLight>(),
+        Registered::new("trace/view_direct").with::<DirectParams>().with::<Receiver>(),
+        Registered::new("trace/view_near").with::<NearParams>().with::<Receiver>(),
+    ]
+}
+
+/// Computes V for `sensors` and all `windows` in one pass: rows sensors, columns the windows' bins
+/// one window after the other, RGB.
+///
+/// # Errors
+/// If there is no window or a sensor has no direction, if the device fails or loses paths, or when
+/// stopped by `progress`.
+pub fn compute(
+    device: &Device,
+    scene: &Scene,
+    windows: &[Window],
+    sensors: &[Sensor],
+    options: &ViewOptions,
+    progress: &dyn Progress,
+) -> Result<TracedMatrix> {
+    for (i, sensor) in sensors.iter().enumerate() {
+        if !sensor.position.is_finite() || !sensor.direction.is_finite() || sensor.direction.length() < 1e-12 {
+            return Err(Error::new(format!("sensor {} has no usable position and direction", i + 1))
+                .help("each line of a points file needs x y z dx dy dz, the direction not zero"));
+        }
+    }
+    if options.batches < 2 {
+        return Err(Error::new("at least two batches are needed for a standard error"));
+    }
+    let tables = TraceTables::new(scene, windows, WindowSurfaces::Absorb)?;
+    let tracer = ViewTracer::new(device, tables, options)?;
+    let bins = tracer.tables.bins();
+    let (rows, batches) = (sensors.len(), options.batches as usize);
+    let mut result = TracedMatrix {
+        total: Matrix::zeros(rows, bins, 3),
+        direct: Matrix::zeros(rows, bins, 3),
+        standard_error: Matrix::zeros(rows, bins, 3),
+        statistics: TraceStatistics::default(),
+    };
+    let bytes_per_sensor = (batches * bins * 12) as u64;
+    let plan = Plan::new(device, options.memory, rows, &[bytes_per_sensor, bytes_per_sensor, bytes_per_sensor], &[], 1)?;
+    let mut done = 0;
+    for chunk in plan.chunks() {
+        let range = chunk.first..chunk.first + chunk.rows;
+        let stage = |part: f64| {
+            progress.update("view matrix", (done as f64 + part * chunk.rows as f64) / rows as f64);
+            if progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
+        };
+        tracer.compute_tile(&sensors[range.clone()], range.start, &mut result, &stage)?;
+        done += chunk.rows;
+    }
+    progress.update("view matrix", 1.0);
+    Ok(result)
+}
+
+struct ViewTracer<'d> {
+    device: &'d Device,
+    tables: TraceTables,
+    scene: TraceScene,
+    options: ViewOptions,
+    light_paths: Kernel,
+    gather: Kernel,
+    direct: Kernel,
+    near: Kernel,
+    counters: Buffer,
+}
+
+impl<'d> ViewTracer<'d> {
+    fn new(device: &'d Device, tables: TraceTables, options: &ViewOptions) -> Result<Self> {
+        let scene = tables.upload(device)?;
+        let glass = [("HAS_GLASS", f64::from(u8::from(tables.features.glass)))];
+        Ok(Self {
+            device,
+            scene,
+            options: *options,
+            light_paths: Kernel::new(device, "trace/light_paths", &[], &glass)?,
+            gather: Kernel::new(device, "trace/view_gather", &[], &glass)?,
+            direct: Kernel::new(device, "trace/view_direct", &[], &glass)?,
+            near: Kernel::new(device, "trace/view_near", &[], &glass)?,
+            counters: device.zeros::<Counters>("path counters", 1)?,
+            tables,
+        })
+    }
+
+    /// One tile of sensors; `first` is the number of its first sensor.
+    fn compute_tile(
+        &self,
+        sensors: &[Sensor],
+        first: usize,
+        result: &mut TracedMatrix,
+        stage: &dyn Fn(f64) -> Result<()>,
+    ) -> Result<()> {
+        let records: Vec<Receiver> = sensors
+            .iter()
+            .map(|s| Receiver {
+                position: self.tables.normalization.point(s.position).to_array(),
+                padding0: 0,
+                normal: s.direction.normalize().as_vec3().to_array(),
+                padding1: 0,
+            })
+            .collect();
+        let sensors_buffer = self.device.upload("sensors", &records)?;
+        let bins = self.tables.bins();
+        let batches = self.options.batches as usize;
+        let cells = batches * records.len() * bins * 3;
+        stage(0.0)?;
+        let direct = self.direct_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics)?;
+        stage(0.1)?;
+        let reflected = self.options.bounces.is_none_or(|b| b > 1);
+        let (gathered, near) = if reflected || self.tables.features.specular {
+            let near = self.near_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics)?;
+            stage(0.2)?;
+            let gathered = if reflected { Some(self.gathered_part(&sensors_buffer, records.len(), cells, &mut result.statistics, stage)?) } else { None };
+            (gathered, Some(near))
+        } else {
+            (None, None)
+        };
+        let per_near = NEAR_BOUND / f64::from(u32::MAX);
+        let mut values = vec![0.0f64; batches];
+        for sensor in 0..records.len() {
+            for bin in 0..bins {
+                for c in 0..3 {
+                    let mut straight = 0.0;
+                    for (batch, value) in values.iter_mut().enumerate() {
+                        let cell = ((batch * records.len() + sensor) * bins + bin) * 3 + c;
+                        let seen = f64::from(direct[cell]) / f64::from(DIRECT_UNIT);
+                        straight += seen;
+                        *value = seen;
+                        if let Some(near) = &near {
+                            *value += f64::from(near[cell]) * per_near;
+                        }
+                        if let Some(gathered) = &gathered {
+                            let cell = ((batch * bins + bin) * records.len() + sensor) * 3 + c;
+                            *value += f64::from(gathered[cell]) / f64::from(self.options.light_paths);
+                        }
+                    }
+                    let (mean, error) = mean_and_error(&values);
+                    result.total.at_mut(first + sensor, bin)[c] = mean as f32;
+                    result.direct.at_mut(first + sensor, bin)[c] = ((straight / batches as f64) as f32).min(mean as f32);
+                    result.standard_error.at_mut(first + sensor, bin)[c] = error as f32;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn direct_part(&self, sensors: &Buffer, count: usize, first: usize, cells: usize, statistics: &mut TraceStatistics) -> Result<Vec<u32>> {
+        let o = &self.options;
+        let params = DirectParams {
+            seed: o.seed,
+            sensors: count as u32,
+            samples: o.direct_samples,
+            bins: self.tables.bins() as u32,
+            window_count: self.tables.windows.len() as u32,
+            unit: DIRECT_UNIT,
+            batches: o.batches,
+            first_sensor: first as u32,
+        };
+        self.sampled_part(&self.direct, &params, "direct view matrix", sensors, count, o.direct_samples, cells, statistics)
+    }
+
+    fn near_part(&self, sensors: &Buffer, count: usize, first: usize, cells: usize, statistics: &mut TraceStatistics) -> Result<Vec<u32>> {
+        let o = &self.options;
+        let params = NearParams {
+            seed: o.seed ^ 0x6e65_6172,
+            sensors: count as u32,
+            samples: o.near_samples,
+            bins: self.tables.bins() as u32,
+            window_count: self.tables.windows.len() as u32,
+            unit: (f64::from(u32::MAX) / (NEAR_BOUND * f64::from(o.near_samples))) as f32,
+            batches: o.batches,
+            most_bounces: o.bounces.map_or(u32::MAX, |b| b.saturating_sub(1)),
+            near_radius: o.near_radius,
+            roulette_weight: o.roulette_weight,
+            first_sensor: first as u32,
+            padding: 0,
+        };
+        self.sampled_part(&self.near, &params, "short connections of the view matrix", sensors, count, o.near_samples, cells, statistics)
+    }
+
+    /// Runs a kernel of one invocation per sample, sensor and batch, and reads its fixed-point sums.
+    #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
+    fn sampled_part<P: bytemuck::NoUninit>(
+        &self,
+        kernel: &Kernel,
+        params: &P,
+        what: &str,
+        sensors: &Buffer,
+        count: usize,
+        samples: u32,
+        cells: usize,
+        statistics: &mut TraceStatistics,
+    ) -> Result<Vec<u32>> {
+        let params = self.device.uniform(what, params)?;
+        let sums = self.device.zeros::<u32>(what, cells)?;
+        self.device.write(&self.counters, &[Counters::default()])?;
+        let bind = kernel.bind(&self.scene.bindings(&[("params", &params), ("sensors", sensors), ("sums", &sums), ("counters", &self.counters)]))?;
+        self.device.dispatch(kernel, &bind, [samples.div_ceil(64), count as u32, self.options.batches])?;
+        let started = u64::from(samples) * count as u64 * u64::from(self.options.batches);
+        self.finish_dispatch(started, what, statistics)?;
+        self.device.read(&sums)
+    }
+
+    fn gathered_part(
+        &self,
+        sensors: &Buffer,
+        count: usize,
+        cells: usize,
+        statistics: &mut TraceStatistics,
+        stage: &dyn Fn(f64) -> Result<()>,
+    ) -> Result<Vec<f32>> {
+        let o = &self.options;
+        let bins = self.tables.bins() as u32;
+        let total_paths = (o.batches * bins * o.light_paths) as usize;
+        let paths = self.device.zeros::<LightPath>("light paths", total_paths)?;
+        let lights = self.device.zeros::<VirtualLight>("virtual lights", total_paths)?;
+        let sums = self.device.zeros::<f32>("gathered view matrix", cells)?;
+        let vertices = o.bounces.map_or(MOST_VERTICES, |b| b - 1);
+        for vertex in 0..vertices {
+            let params = LightPathParams {
+                seed: o.seed ^ 0x6c69_6768,
+                paths: o.light_paths,
+                bins,
+                window_count: self.tables.windows.len() as u32,
+                vertex,
+                last: u32::from(vertex + 1 == vertices),
+                batches: o.batches,
+                first_path: 0,
+            };
+            let params = self.device.uniform("light path parameters", &params)?;
+            self.device.write(&self.counters, &[Counters::default()])?;
+            let bind = self.light_paths.bind(&self.scene.bindings(&[
+                ("params", &params),
+                ("paths", &paths),
+                ("lights", &lights),
+                ("counters", &self.counters),
+            ]))?;
+            self.device.dispatch(&self.light_paths, &bind, [o.light_paths.div_ceil(64), bins, o.batches])?;
+            let alive = self.finish_dispatch(total_paths as u64, "light paths", statistics)?.alive;
+            for first_light in (0..o.light_paths).step_by(LIGHTS_PER_DISPATCH as usize) {
+                let params = GatherParams {
+                    sensors: count as u32,
+                    bins,
+                    lights: o.light_paths,
+                    first_light,
+                    light_count: LIGHTS_PER_DISPATCH.min(o.light_paths - first_light),
+                    batches: o.batches,
+                    near_radius: o.near_radius,
+                    padding: 0,
+                };
+                let params = self.device.uniform("gathering parameters", &params)?;
+                self.device.write(&self.counters, &[Counters::default()])?;
+                let bind = self.gather.bind(&self.scene.bindings(&[
+                    ("params", &params),
+                    ("sensors", sensors),
+                    ("lights", &lights),
+                    ("sums", &sums),
+                    ("counters", &self.counters),
+                ]))?;
+                self.device.dispatch(&self.gather, &bind, [(count as u32).div_ceil(64), bins, o.batches])?;
+                self.finish_dispatch(count as u64 * u64::from(bins * o.batches), "gathering", statistics)?;
+                statistics.segments += count as u64 * total_paths as u64 * u64::from(LIGHTS_PER_DISPATCH) / u64::from(o.light_paths);
+            }
+            // The first vertices carry most of the light and most of the work.
+            stage(0.2 + 0.8 * (1.0 - 0.5f64.powi(vertex as i32 + 1)))?;
+            if alive == 0 {
+                break;
+            }
+        }
+        self.device.read_finite(&sums)
+    }
+
+    fn finish_dispatch(&self, started: u64, what: &str, statistics: &mut TraceStatistics) -> Result<Counters> {
+        let counters = self.device.read::<Counters>(&self.counters)?[0];
+        check_finished(&counters, started, what)?;
+        statistics.paths += started;
+        statistics.segments += u64::from(counters.segments);
+        Ok(counters)
+    }
+}
+
+/// Mean of independent batches and the standard error of that mean.
+pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    (mean, (variance / n).sqrt())
+}
