@@ -1,0 +1,46 @@
+//! The WGSL files, embedded in the program. A test compares this table with the folder.
+
+macro_rules! sources {
+    ($($path:literal),* $(,)?) => {
+        /// Path below `shaders/` without `.wgsl`, and text, of every shader file.
+        pub const SOURCES: &[(&str, &str)] = &[$(($path, include_str!(concat!("../../shaders/", $path, ".wgsl")))),*];
+    };
+}
+
+// One line per file, in alphabetical order.
+sources![
+    "diagnostic/loop_limit",
+];
+
+/// The text of a shader file, by its path below `shaders/` without `.wgsl`.
+pub fn source(path: &str) -> Option<&'static str> {
+    SOURCES.iter().find(|(p, _)| *p == path).map(|&(_, text)| text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn collect(folder: &Path, root: &Path, found: &mut Vec<String>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                collect(&path, root, found);
+            } else if path.extension().is_some_and(|e| e == "wgsl") {
+                let relative = path.with_extension("").strip_prefix(root).unwrap().to_string_lossy().replace('\\', "/");
+                found.push(relative);
+            }
+        }
+    }
+
+    #[test]
+    fn the_table_lists_every_file_once_and_in_order() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+        let mut found = Vec::new();
+        collect(&root, &root, &mut found);
+        found.sort();
+        let listed: Vec<&str> = SOURCES.iter().map(|(p, _)| *p).collect();
+        assert_eq!(listed, found, "add or remove the line in src/gpu/sources.rs");
+    }
+}
