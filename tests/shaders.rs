@@ -36,7 +36,11 @@ fn every_shader_file_is_a_registered_kernel_or_imported_by_one() {
     let entry = |text: &str| text.lines().any(|l| !l.trim_start().starts_with("//") && l.contains("@compute"));
     for (path, text) in gpu::SOURCES {
         let listed = registered.iter().any(|r| r.path == *path);
-        assert_eq!(entry(text), listed, "shaders/{path}.wgsl: entry-point files are registered in kernels::registered(), shared ones are not");
+        assert_eq!(
+            entry(text),
+            listed,
+            "shaders/{path}.wgsl: entry-point files are registered in kernels::registered(), shared ones are not"
+        );
         let import = format!("package::{}::", path.replace('/', "::"));
         let used = listed || gpu::SOURCES.iter().any(|(_, other)| other.contains(&import));
         assert!(used, "shaders/{path}.wgsl is imported by no other shader");

@@ -1,6 +1,7 @@
 //! Command line: one module per verb. Each verb has an `Args` (clap) and
 //! `run(args, warnings) -> Result<ExitCode>`; this module chooses the verb and prints errors.
 
+mod devices;
 mod multiply;
 mod sky;
 
@@ -22,6 +23,8 @@ enum Verb {
     Sky(sky::Args),
     /// Product of matrices V·T·D·S (as dctimestep).
     Multiply(multiply::Args),
+    /// GPU devices of this machine, the preferred one first.
+    Devices(devices::Args),
 }
 
 pub fn main() -> ExitCode {
@@ -31,6 +34,7 @@ pub fn main() -> ExitCode {
     let result: Result<ExitCode> = match cli.verb {
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
+        Verb::Devices(args) => devices::run(args, &mut warnings),
     };
     for warning in warnings.iter() {
         eprintln!("lucarne: warning: {warning}");

@@ -192,17 +192,18 @@ impl Device {
     pub fn read_into<T: AnyBitPattern + NoUninit>(&self, buffer: &Buffer, values: &mut [T]) -> Result<()> {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(values);
         if bytes.len() as u64 != buffer.bytes {
-            return Err(Error::new(format!("{} bytes were to be read from the buffer '{}' of {}", bytes.len(), buffer.label, buffer.bytes)));
+            return Err(Error::new(format!(
+                "{} bytes were to be read from the buffer '{}' of {}",
+                bytes.len(),
+                buffer.label,
+                buffer.bytes
+            )));
         }
         if bytes.is_empty() {
             return self.wait();
         }
         let what = format!("readback of '{}'", buffer.label);
-        let staging = self.create(
-            &what,
-            buffer.bytes.min(PIECE),
-            wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-        )?;
+        let staging = self.create(&what, buffer.bytes.min(PIECE), wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST)?;
         let failed = |e: &dyn std::fmt::Display| Error::new(format!("{what}: {e}"));
         for (i, piece) in bytes.chunks_mut(PIECE as usize).enumerate() {
             let size = (piece.len() as u64).next_multiple_of(4);

@@ -99,8 +99,7 @@ impl AdapterSummary {
 /// The devices of this machine in order of preference.
 fn adapters() -> Vec<(AdapterSummary, wgpu::Adapter)> {
     let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
-    let instance =
-        wgpu::Instance::new(wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() });
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() });
     let found = pollster::block_on(instance.enumerate_adapters(backends));
     let mut all: Vec<_> = found.into_iter().map(|a| (AdapterSummary::of(&a), a)).collect();
     all.sort_by_key(|(summary, _)| summary.rank());
@@ -124,7 +123,9 @@ fn choose(all: &[AdapterSummary], choice: Option<&str>) -> Result<usize> {
     let wanted = choice.to_lowercase();
     let by_index = wanted.parse::<usize>().ok().filter(|i| *i < all.len());
     let matches = |text: &str| text.to_lowercase().contains(&wanted);
-    let named = || all.iter().position(|a| matches(&a.name)).or_else(|| all.iter().position(|a| matches(&a.kind.to_string()) || matches(&a.backend)));
+    let named = || {
+        all.iter().position(|a| matches(&a.name)).or_else(|| all.iter().position(|a| matches(&a.kind.to_string()) || matches(&a.backend)))
+    };
     by_index.or_else(named).ok_or_else(|| {
         let names: Vec<String> = all.iter().enumerate().map(|(i, a)| format!("{i} = {} ({})", a.name, a.kind)).collect();
         Error::new(format!("no device is called '{choice}'")).help(format!("give an index or part of a name: {}", names.join(", ")))
@@ -200,24 +201,13 @@ impl Device {
         })))
     }
 
-    /// The process's shared device for tests and benchmarks, opened once as [`open`](Self::open)
-    /// does without a choice. Without a device: `None`, after a loud line that names `what` is
-    /// skipped, or a panic if `REQUIRE_GPU=1` is set.
+    /// The process's default device, opened once as [`open`](Self::open) does without a choice.
     ///
-    /// # Panics
-    /// If `REQUIRE_GPU=1` is set and no device opens.
-    #[doc(hidden)]
-    #[allow(clippy::print_stderr, reason = "skipped tests must be loud")]
-    pub fn for_tests(what: &str) -> Option<Self> {
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn shared() -> Result<Self> {
         static SHARED: OnceLock<Result<Device>> = OnceLock::new();
-        match SHARED.get_or_init(|| Device::open(None)) {
-            Ok(device) => Some(device.clone()),
-            Err(error) => {
-                assert!(std::env::var_os("REQUIRE_GPU").is_none_or(|v| v != "1"), "REQUIRE_GPU=1, but {error}");
-                eprintln!("SKIPPED {what}: {error}");
-                None
-            }
-        }
+        SHARED.get_or_init(|| Device::open(None)).clone()
     }
 
     /// What this device is.
@@ -305,6 +295,21 @@ fn flatten(error: &wgpu::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Device {
+        /// The shared device for unit tests. Without a device: `None`, after a loud line that names
+        /// `what` is skipped, or a panic if `REQUIRE_GPU=1` is set.
+        pub(crate) fn for_tests(what: &str) -> Option<Self> {
+            match Self::shared() {
+                Ok(device) => Some(device),
+                Err(error) => {
+                    assert!(std::env::var_os("REQUIRE_GPU").is_none_or(|v| v != "1"), "REQUIRE_GPU=1, but {error}");
+                    eprintln!("SKIPPED {what}: {error}");
+                    None
+                }
+            }
+        }
+    }
 
     fn adapter(name: &str, kind: DeviceKind, backend: &str) -> AdapterSummary {
         AdapterSummary {

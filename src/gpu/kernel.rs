@@ -80,15 +80,16 @@ impl Kernel {
         };
         let overrides: Vec<&str> = module.overrides.iter().filter_map(|(_, o)| o.name.as_deref()).collect();
         if let Some((unknown, _)) = constants.iter().find(|(name, _)| !overrides.contains(name)) {
-            return Err(named(Error::new(format!("there is no override constant '{unknown}'")).help(format!("known: {}", overrides.join(", ")))));
+            return Err(named(
+                Error::new(format!("there is no override constant '{unknown}'")).help(format!("known: {}", overrides.join(", "))),
+            ));
         }
         let bindings = slots(&module).map_err(named)?;
         let entries: Vec<wgpu::BindGroupLayoutEntry> = bindings.iter().map(Slot::layout_entry).collect();
         let raw = device.raw();
         device
             .guarded(&format!("kernel '{label}'"), || {
-                let layout =
-                    raw.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries });
+                let layout = raw.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries });
                 let pipeline_layout = raw.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                     label: Some(label),
                     bind_group_layouts: &[Some(&layout)],
@@ -142,7 +143,11 @@ impl Kernel {
                 (limits.min_storage_buffer_offset_alignment, limits.max_storage_buffer_binding_size)
             };
             if buffer.offset() % u64::from(alignment) != 0 {
-                return fail(format!("the part of '{}' bound to '{}' begins at no multiple of {alignment} bytes", buffer.label(), slot.name));
+                return fail(format!(
+                    "the part of '{}' bound to '{}' begins at no multiple of {alignment} bytes",
+                    buffer.label(),
+                    slot.name
+                ));
             }
             if buffer.bytes() > limit {
                 return fail(format!("'{}' has {} bytes; the device binds at most {limit} at once", buffer.label(), buffer.bytes()));
@@ -195,7 +200,8 @@ fn slots(module: &naga::Module) -> Result<Vec<Slot>> {
 
 impl Slot {
     fn layout_entry(&self) -> wgpu::BindGroupLayoutEntry {
-        let ty = if self.uniform { wgpu::BufferBindingType::Uniform } else { wgpu::BufferBindingType::Storage { read_only: self.read_only } };
+        let ty =
+            if self.uniform { wgpu::BufferBindingType::Uniform } else { wgpu::BufferBindingType::Storage { read_only: self.read_only } };
         wgpu::BindGroupLayoutEntry {
             binding: self.binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -226,8 +232,11 @@ impl Batch<'_> {
     pub fn dispatch(&mut self, kernel: &Kernel, bindings: &BindGroup, workgroups: [u32; 3]) -> Result<&mut Self> {
         let limit = self.device.limits().max_compute_workgroups_per_dimension;
         if workgroups.iter().any(|w| *w > limit) {
-            return Err(Error::new(format!("kernel '{}': {workgroups:?} workgroups; the device allows {limit} per dimension", kernel.label()))
-                .help("cut the work into several dispatches, or spread it over two dimensions with Device::grid"));
+            return Err(Error::new(format!(
+                "kernel '{}': {workgroups:?} workgroups; the device allows {limit} per dimension",
+                kernel.label()
+            ))
+            .help("cut the work into several dispatches, or spread it over two dimensions with Device::grid"));
         }
         if kernel.label() != bindings.kernel {
             return Err(Error::new(format!("kernel '{}' was given the bindings of '{}'", kernel.label(), bindings.kernel)));
@@ -245,7 +254,13 @@ impl Batch<'_> {
     /// If `to` is smaller. Parts of one buffer are refused on submission.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> Result<&mut Self> {
         if from.bytes() > to.bytes() {
-            return Err(Error::new(format!("'{}' ({} bytes) does not fit into '{}' ({})", from.label(), from.bytes(), to.label(), to.bytes())));
+            return Err(Error::new(format!(
+                "'{}' ({} bytes) does not fit into '{}' ({})",
+                from.label(),
+                from.bytes(),
+                to.label(),
+                to.bytes()
+            )));
         }
         self.commands.push(Command::Copy(from.clone(), to.clone()));
         Ok(self)
@@ -268,8 +283,8 @@ impl Batch<'_> {
             for command in &self.commands {
                 match command {
                     Command::Dispatch(kernel, bindings, [x, y, z]) => {
-                        let mut pass =
-                            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(kernel.label()), timestamp_writes: None });
+                        let mut pass = encoder
+                            .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(kernel.label()), timestamp_writes: None });
                         pass.set_pipeline(&kernel.0.pipeline);
                         pass.set_bind_group(0, &bindings.raw, &[]);
                         pass.dispatch_workgroups(*x, *y, *z);
@@ -402,7 +417,9 @@ mod tests {
         // Reading and writing the same memory in one dispatch.
         let group = kernel.bind(&[("result", &b), ("params", &p), ("source", &b)]).unwrap();
         assert!(device.dispatch(&kernel, &group, [1, 1, 1]).is_err());
-        let make = |constants: &[(&str, f64)], text: &str| Kernel::with_generated(&device, "t/x", &[], constants, &[("t/x", text)]).unwrap_err().to_string();
+        let make = |constants: &[(&str, f64)], text: &str| {
+            Kernel::with_generated(&device, "t/x", &[], constants, &[("t/x", text)]).unwrap_err().to_string()
+        };
         assert!(make(&[("HEIGHT", 1.0)], DOUBLE).contains("no override constant 'HEIGHT'"));
         assert!(make(&[("WIDTH", 1e9)], DOUBLE).contains("t/x"));
         assert!(make(&[], "fn f() {}").contains("one entry point"));

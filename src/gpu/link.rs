@@ -136,8 +136,7 @@ impl Linker<'_> {
             return Err(Error::new(format!("circular import: {} → {path}", self.open.join(" → "))));
         }
         let text = self.generated.iter().find(|(p, _)| *p == path).map(|(_, t)| *t).or_else(|| sources::source(path)).ok_or_else(|| {
-            Error::new(format!("there is no shader 'shaders/{path}.wgsl'"))
-                .help("check the path, and the table in src/gpu/sources.rs")
+            Error::new(format!("there is no shader 'shaders/{path}.wgsl'")).help("check the path, and the table in src/gpu/sources.rs")
         })?;
         self.open.push(path.to_string());
         let named = |e: Error| e.file(file_name(path));
@@ -257,10 +256,13 @@ mod tests {
     use super::*;
 
     const A: (&str, &str) = ("t/a", "struct Ray { origin: vec3<f32> }\nfn trace(ray: Ray) -> f32 { return ray.origin.x; }\n");
-    const B: (&str, &str) = ("t/b", "import package::t::a::Ray;\nconst SCALE: f32 = 2.0;\nfn scaled(ray: Ray) -> f32 { return SCALE * ray.origin.y; }");
+    const B: (&str, &str) =
+        ("t/b", "import package::t::a::Ray;\nconst SCALE: f32 = 2.0;\nfn scaled(ray: Ray) -> f32 { return SCALE * ray.origin.y; }");
 
     fn main(body: &str) -> String {
-        format!("{body}\n@group(0) @binding(0) var<storage, read_write> result: array<f32>;\n@compute @workgroup_size(1) fn main() {{ let ray = Ray(vec3<f32>(1.0)); result[0] = trace(ray) + scaled(ray); }}\n")
+        format!(
+            "{body}\n@group(0) @binding(0) var<storage, read_write> result: array<f32>;\n@compute @workgroup_size(1) fn main() {{ let ray = Ray(vec3<f32>(1.0)); result[0] = trace(ray) + scaled(ray); }}\n"
+        )
     }
 
     #[test]
@@ -300,7 +302,8 @@ mod tests {
 
     #[test]
     fn garbage_never_panics() {
-        let soup = ["import", "package::", "@if(", "@else", "{", "}", "(", ")", ";", "fn f", "/*", "*/", "//", "\n", "é", "var<", "::", ","];
+        let soup =
+            ["import", "package::", "@if(", "@else", "{", "}", "(", ")", ";", "fn f", "/*", "*/", "//", "\n", "é", "var<", "::", ","];
         let mut state = 1u32;
         for _ in 0..2000 {
             let mut text = String::new();

@@ -36,7 +36,14 @@ impl Plan {
     ///
     /// # Errors
     /// If not even `alignment` rows fit.
-    pub fn within(binding_limit: u64, memory: u64, rows: usize, bytes_per_row: &[u64], fixed_bytes: &[u64], alignment: usize) -> Result<Self> {
+    pub fn within(
+        binding_limit: u64,
+        memory: u64,
+        rows: usize,
+        bytes_per_row: &[u64],
+        fixed_bytes: &[u64],
+        alignment: usize,
+    ) -> Result<Self> {
         let alignment = alignment.max(1);
         if let Some(fixed) = fixed_bytes.iter().find(|b| **b > binding_limit) {
             return Err(Error::new(format!("{fixed} bytes do not fit the {binding_limit} bytes that the device binds at once")));

@@ -10,6 +10,17 @@ macro_rules! sources {
 // One line per file, in alphabetical order.
 sources![
     "diagnostic/loop_limit",
+    "shared/bins",
+    "shared/bvh",
+    "shared/counters",
+    "shared/material",
+    "shared/random",
+    "shared/window",
+    "trace/daylight_paths",
+    "trace/light_paths",
+    "trace/view_direct",
+    "trace/view_gather",
+    "trace/view_near",
 ];
 
 /// The text of a shader file, by its path below `shaders/` without `.wgsl`.
