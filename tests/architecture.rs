@@ -11,8 +11,6 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("units", &[]),
     ("files", &[]),
     ("progress", &[]),
-    // What tests share; compiled into tests only.
-    ("testing", &[]),
     // Knows the device, and nothing about daylight.
     ("gpu", &["progress"]),
     ("bins", &[]),
@@ -128,7 +126,8 @@ fn module_word(text: &str) -> Option<String> {
     let word: String = text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
     let is_macro = text[word.len()..].starts_with('!');
     word.chars().next().filter(|c| c.is_lowercase() && !is_macro)?;
-    Some(word)
+    // A macro that the device layer exports at the root.
+    Some(if word == "gpu_struct" { "gpu".to_string() } else { word })
 }
 
 /// `a::b, c::{d, e}, f}` gives a, c, f.
