@@ -4,7 +4,9 @@
 //! acceleration structure rebases them near the origin.
 
 pub mod points;
+pub mod polygon;
 pub mod rad;
+pub mod shapes;
 
 use crate::bins::{AngleBasis, Frame};
 use glam::DVec3;

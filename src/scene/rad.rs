@@ -1,1 +1,0 @@
-//! Radiance scene files.

@@ -1,0 +1,116 @@
+//! Radiance scene files.
+//!
+//! ```text
+//! files ── syntax ──▶ statements ── reader ──▶ objects + placement ──▶ Sink: scene or windows
+//!                        ▲    │ `!xform file`, `!genbox`, `!genblinds`, pipes
+//!                        └────┘ command, xform, generators (nothing is executed)
+//! ```
+//!
+//! | type | read as |
+//! |---|---|
+//! | polygon, ring, sphere, bubble, cylinder, tube, cone, cup | triangles |
+//! | source | [`DistantSource`] |
+//! | plastic, metal, trans, glass, mirror, light, glow, void, alias | [`MaterialKind`] |
+//! | patterns and textures (colorpict, brightfunc, texfunc, …) | left out with a warning |
+//! | any other material, mixture, instance, mesh | an error where a surface uses it |
+
+mod command;
+mod generators;
+mod modifiers;
+mod reader;
+mod surfaces;
+mod syntax;
+mod windows;
+mod xform;
+
+pub use windows::read_windows;
+
+use super::{DistantSource, MaterialKind, Scene, SurfaceOrigin, Triangle};
+use crate::error::{Error, Result, Warnings};
+use modifiers::Modifiers;
+use reader::{Reader, Sink};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use surfaces::Geometry;
+use syntax::{Object, ObjectType};
+use xform::Placement;
+
+/// Most triangles of one scene; more would not fit the memory of usual machines and devices.
+const MAX_TRIANGLES: usize = 50_000_000;
+
+/// Reads scene files in the given order, as `oconv` would: a modifier means its latest definition
+/// before the place of use, also across files. Paths are relative to `base`; those in commands to
+/// `base`, else to the folder of the file that names them. Lengths keep the files' unit.
+///
+/// # Errors
+/// Anything wrong in the files, with file, line and object; commands other than `xform`, `genbox`
+/// and `genblinds`; materials this program does not know, where a surface uses them.
+pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<Scene> {
+    let mut sink = SceneSink::default();
+    let mut reader = Reader::new(base);
+    for file in files {
+        reader.read(file, &mut sink, warnings)?;
+    }
+    Ok(sink.scene)
+}
+
+#[derive(Default)]
+struct SceneSink {
+    scene: Scene,
+    modifiers: Modifiers,
+}
+
+impl Sink for SceneSink {
+    fn object(&mut self, object: &Object, placement: &Placement, file: &Rc<Path>, warnings: &mut Warnings) -> Result<()> {
+        if object.kind.is_modifier() {
+            return self.modifiers.define(object, file, placement.scale);
+        }
+        let at = |e| object.at(e, file);
+        let surface = match object.kind {
+            ObjectType::Surface(surface) => surface,
+            ObjectType::Unsupported(word, help) => return Err(at(Error::new(format!("the surface type `{word}` is not supported")).help(help))),
+            ObjectType::Material(_) | ObjectType::Texture(_) => return Ok(()),
+        };
+        let modifier_name = placement.modifier.as_deref().unwrap_or(&object.modifier);
+        let modifier = self.modifiers.find(modifier_name).map_err(at)?;
+        let name = format!("{}{}", placement.prefix, object.name);
+        match surfaces::geometry(surface, object, placement, file, warnings)? {
+            Geometry::Distant(direction, angle) => {
+                let kind = match &modifier {
+                    Some(definition) => self.modifiers.kind(definition, warnings).map_err(at)?,
+                    None => MaterialKind::Void,
+                };
+                let radiance = match kind {
+                    MaterialKind::Light { radiance } | MaterialKind::Glow { radiance, .. } => radiance,
+                    MaterialKind::Void => return Ok(()),
+                    _ => return Err(at(Error::new(format!("'{modifier_name}' is no light, but modifies a source")).help("use `light` or `glow`"))),
+                };
+                self.scene.sources.push(DistantSource { name, modifier: modifier_name.to_string(), direction, angle, radiance });
+            }
+            Geometry::Triangles(triangles) => {
+                if triangles.is_empty() {
+                    return Ok(());
+                }
+                let material = self.modifiers.material(modifier.as_ref(), &mut self.scene.materials, warnings).map_err(at)?;
+                if self.scene.triangles.len() + triangles.len() > MAX_TRIANGLES {
+                    return Err(at(Error::new(format!("the scene has more than {MAX_TRIANGLES} triangles")).help("use smaller arrays and fewer curved surfaces")));
+                }
+                let surface = self.scene.surfaces.len() as u32;
+                self.scene.surfaces.push(SurfaceOrigin { name, file: file.to_path_buf(), line: object.line });
+                self.scene.triangles.extend(triangles.into_iter().map(|vertices| Triangle { vertices, material, surface }));
+            }
+        }
+        Ok(())
+    }
+
+    fn alias(&mut self, modifier: &str, name: &str, target: &str, file: &Rc<Path>, line: usize) -> Result<()> {
+        self.modifiers.alias(modifier, name, target, file, line)
+    }
+
+    fn parameters(&mut self, _: &str, _: &Rc<Path>, _: usize) -> Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

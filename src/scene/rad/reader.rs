@@ -1,0 +1,179 @@
+//! Walks through files, commands and the files they name, and hands every object with its placement
+//! to a [`Sink`].
+
+use super::command::{self, Source};
+use super::syntax::{self, Object, Statement};
+use super::xform::{Placement, Xform};
+use crate::error::{Error, Result, Warnings};
+use crate::files;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// Deepest nesting of files.
+const MAX_DEPTH: usize = 64;
+
+/// Most statements of one scene, counted after arrays and repeated files are expanded.
+const MAX_STATEMENTS: usize = 50_000_000;
+
+/// Receives what a scene consists of, in order.
+pub trait Sink {
+    /// A surface, material, texture or mixture.
+    ///
+    /// # Errors
+    /// If it makes no sense here.
+    fn object(&mut self, object: &Object, placement: &Placement, file: &Rc<Path>, warnings: &mut Warnings) -> Result<()>;
+
+    /// An alias.
+    ///
+    /// # Errors
+    /// If it makes no sense here.
+    fn alias(&mut self, modifier: &str, name: &str, target: &str, file: &Rc<Path>, line: usize) -> Result<()>;
+
+    /// A `#@rfluxmtx` comment.
+    ///
+    /// # Errors
+    /// If it makes no sense here.
+    fn parameters(&mut self, text: &str, file: &Rc<Path>, line: usize) -> Result<()>;
+}
+
+/// Files read so far, and the chain of those being read.
+pub struct Reader<'a> {
+    base: &'a Path,
+    parsed: HashMap<PathBuf, Rc<Vec<Statement>>>,
+    chain: Vec<PathBuf>,
+    statements: usize,
+}
+
+impl<'a> Reader<'a> {
+    /// A reader that resolves paths against the folder `base`.
+    pub fn new(base: &'a Path) -> Self {
+        Self { base, parsed: HashMap::new(), chain: Vec::new(), statements: 0 }
+    }
+
+    /// Reads a file and all it includes.
+    ///
+    /// # Errors
+    /// Anything wrong in the files, with file and line, or that the sink refuses.
+    pub fn read(&mut self, file: &Path, sink: &mut dyn Sink, warnings: &mut Warnings) -> Result<()> {
+        let path = self.base.join(file);
+        self.file(&path, &Placement::default(), sink, warnings)
+    }
+
+    fn file(&mut self, path: &Path, placement: &Placement, sink: &mut dyn Sink, warnings: &mut Warnings) -> Result<()> {
+        let identity = path.canonicalize().map_err(|e| Error::io(path, &e))?;
+        if identity.is_dir() {
+            return Err(Error::new("this is a folder, not a scene file").file(path).help("name a .rad file in it"));
+        }
+        if let Some(first) = self.chain.iter().position(|p| *p == identity) {
+            let via: Vec<String> = self.chain[first..].iter().map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
+            return Err(Error::new(format!("{} includes itself (by way of {})", path.display(), via.join(" → "))).help("remove the `!xform` that closes the circle"));
+        }
+        if self.chain.len() >= MAX_DEPTH {
+            return Err(Error::new(format!("files include each other more than {MAX_DEPTH} deep")).help("put the files together into fewer"));
+        }
+        let statements = match self.parsed.get(&identity) {
+            Some(statements) => Rc::clone(statements),
+            None => {
+                let statements = Rc::new(syntax::parse(&files::read(path)?, path)?);
+                self.parsed.insert(identity.clone(), Rc::clone(&statements));
+                statements
+            }
+        };
+        self.chain.push(identity);
+        let file: Rc<Path> = path.into();
+        for statement in statements.iter() {
+            self.count(&file, statement)?;
+            match statement {
+                Statement::Object(object) => sink.object(object, placement, &file, warnings)?,
+                Statement::Alias { modifier, name, target, line } => sink.alias(modifier, name, target, &file, *line)?,
+                Statement::Parameters { text, line } => sink.parameters(text, &file, *line)?,
+                Statement::Command { text, line } => {
+                    let at = |e: Error| e.file(&*file).line(*line);
+                    let mut pipeline = command::parse(text).map_err(at)?;
+                    if let Source::Generator(generator) = &mut pipeline.source {
+                        for object in &mut generator.objects {
+                            object.line = *line;
+                        }
+                    }
+                    let filters: Vec<Vec<Placement>> = pipeline.filters.iter().rev().map(Xform::copies).collect();
+                    self.filtered(&pipeline.source, &filters, placement, &file, sink, warnings).map_err(at)?;
+                }
+            }
+        }
+        self.chain.pop();
+        Ok(())
+    }
+
+    /// The source of a pipeline, once for each combination of its filters' copies (outermost first).
+    fn filtered(
+        &mut self,
+        source: &Source,
+        filters: &[Vec<Placement>],
+        placement: &Placement,
+        file: &Rc<Path>,
+        sink: &mut dyn Sink,
+        warnings: &mut Warnings,
+    ) -> Result<()> {
+        if let Some((copies, inner)) = filters.split_first() {
+            for copy in copies {
+                self.filtered(source, inner, &placement.of(copy), file, sink, warnings)?;
+            }
+            return Ok(());
+        }
+        match source {
+            Source::Generator(generator) => {
+                for object in &generator.objects {
+                    self.count_one(file, object.line)?;
+                    sink.object(object, placement, file, warnings)?;
+                }
+            }
+            Source::Files(xform) => {
+                let paths: Vec<PathBuf> = xform.files.iter().map(|f| self.resolve(f, file)).collect::<Result<_>>()?;
+                for copy in xform.copies() {
+                    for path in &paths {
+                        self.file(path, &placement.of(&copy), sink, warnings)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A file named in a command: in the working folder as in Radiance, else beside the file that
+    /// names it.
+    fn resolve(&self, name: &str, including: &Path) -> Result<PathBuf> {
+        if name.starts_with('!') {
+            return Err(Error::new(format!("'{name}' is a command in the place of a file")).help("write the command first and pipe it: `!genbox … | xform …`"));
+        }
+        let here = self.base.join(name);
+        if here.exists() {
+            return Ok(here);
+        }
+        let beside = including.parent().unwrap_or(Path::new("")).join(name);
+        if beside.exists() {
+            return Ok(beside);
+        }
+        Err(Error::new(format!("the file '{name}' exists neither as {} nor as {}", here.display(), beside.display()))
+            .help("correct the path; it is relative to the working folder, else to the folder of the file that names it"))
+    }
+
+    fn count(&mut self, file: &Path, statement: &Statement) -> Result<()> {
+        let (Statement::Object(Object { line, .. })
+        | Statement::Alias { line, .. }
+        | Statement::Command { line, .. }
+        | Statement::Parameters { line, .. }) = statement;
+        self.count_one(file, *line)
+    }
+
+    fn count_one(&mut self, file: &Path, line: usize) -> Result<()> {
+        self.statements += 1;
+        if self.statements > MAX_STATEMENTS {
+            return Err(Error::new(format!("the scene has more than {MAX_STATEMENTS} objects"))
+                .file(file)
+                .line(line)
+                .help("use smaller arrays (-a) and fewer repeated files"));
+        }
+        Ok(())
+    }
+}
