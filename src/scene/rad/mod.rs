@@ -114,3 +114,6 @@ impl Sink for SceneSink {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod oracle;
