@@ -1,6 +1,7 @@
 //! Command line: one module per verb. Each verb has an `Args` (clap) and
 //! `run(args, warnings) -> Result<ExitCode>`; this module chooses the verb and prints errors.
 
+mod bsdf;
 mod devices;
 mod multiply;
 mod sky;
@@ -19,6 +20,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
+    /// The BSDF bench: look at, check, make and convert scattering data of windows.
+    Bsdf(bsdf::Args),
     /// Sky matrix from a weather file (as gendaymtx).
     Sky(sky::Args),
     /// Product of matrices V·T·D·S (as dctimestep).
@@ -32,6 +35,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse_from(arguments);
     let mut warnings = Warnings::new();
     let result: Result<ExitCode> = match cli.verb {
+        Verb::Bsdf(args) => bsdf::run(args, &mut warnings),
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),

@@ -49,7 +49,9 @@ const LARGEST: f32 = f32::from_bits(254 << 23);
 #[cold]
 fn check_range(color: [f32; 3]) -> Result<()> {
     if let Some(c) = color.iter().find(|c| !c.is_finite()) {
-        return Err(Error::new(format!("a pixel has the value {c}")).help("a picture cannot hold it; look for the computation it comes from"));
+        return Err(
+            Error::new(format!("a pixel has the value {c}")).help("a picture cannot hold it; look for the computation it comes from")
+        );
     }
     if color.iter().any(|&c| c >= LARGEST) {
         return Err(Error::new(format!("a pixel of {color:?} is too large for RGBE")));

@@ -128,7 +128,8 @@ impl<W: Write> ScanlineWriter<W> {
             return Err(Error::new(format!("cannot write a picture of {width} × {height} pixels")).file(path));
         }
         let text = compose(width, height, view, lines).map_err(|e| e.file(path))?;
-        let mut writer = Self { out, path: path.to_path_buf(), width, height, rows: 0, pixels: Vec::new(), plane: Vec::new(), bytes: Vec::new() };
+        let mut writer =
+            Self { out, path: path.to_path_buf(), width, height, rows: 0, pixels: Vec::new(), plane: Vec::new(), bytes: Vec::new() };
         writer.bytes.extend_from_slice(text.as_bytes());
         writer.flush_bytes()?;
         Ok(writer)
