@@ -6,6 +6,7 @@
 
 pub mod bins;
 pub mod bsdf;
+pub mod bvh;
 pub mod camera;
 pub mod error;
 pub mod files;

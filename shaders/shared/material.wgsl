@@ -71,7 +71,7 @@ fn cosine_direction(n: vec3<f32>, random: vec2<f32>) -> vec3<f32> {
 // averaged (Radiance glass).
 fn glass_pane(transmissivity: vec3<f32>, index: f32, cosine: f32) -> array<vec3<f32>, 2> {
     let inside = sqrt(max(1.0 - (1.0 - cosine * cosine) / (index * index), 0.0));
-    let pass = pow(transmissivity, vec3<f32>(1.0 / inside));
+    let one_pass = pow(transmissivity, vec3<f32>(1.0 / inside));
     let s = (cosine - index * inside) / (cosine + index * inside);
     let p = (inside - index * cosine) / (inside + index * cosine);
     var transmitted = vec3<f32>(0.0);
@@ -79,9 +79,9 @@ fn glass_pane(transmissivity: vec3<f32>, index: f32, cosine: f32) -> array<vec3<
     for (var polarisation = 0u; polarisation < 2u; polarisation++) {
         let amplitude = select(p, s, polarisation == 0u);
         let r = amplitude * amplitude;
-        let losses = 1.0 - r * r * pass * pass;
-        transmitted += 0.5 * (1.0 - r) * (1.0 - r) * pass / losses;
-        reflected += 0.5 * r * (1.0 + (1.0 - 2.0 * r) * pass * pass) / losses;
+        let losses = 1.0 - r * r * one_pass * one_pass;
+        transmitted += 0.5 * (1.0 - r) * (1.0 - r) * one_pass / losses;
+        reflected += 0.5 * r * (1.0 + (1.0 - 2.0 * r) * one_pass * one_pass) / losses;
     }
     return array<vec3<f32>, 2>(transmitted, reflected);
 }

@@ -98,13 +98,15 @@ struct WindowSample {
     distance: f32,
     // Solid angle that this sample stands for, sr; 0 if there is none.
     weight: f32,
+    // Solid angle of all windows, blocked or not, sr.
+    total: f32,
     window: u32,
 }
 
 // A direction from `eye` to one of the windows. Windows are chosen by the solid angle of their
 // triangles, which are then sampled uniformly in solid angle (Arvo 1995).
 fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> WindowSample {
-    var result = WindowSample(vec3<f32>(0.0), 0.0, 0.0, 0u);
+    var result = WindowSample(vec3<f32>(0.0), 0.0, 0.0, 0.0, 0u);
     var total = 0.0;
     for (var w = 0u; w < window_count; w++) {
         let window = windows[w];
@@ -119,6 +121,7 @@ fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> Windo
     if !(total > 0.0) {
         return result;
     }
+    result.total = total;
     let target_sum = random.x * total;
     var sum = 0.0;
     var chosen = NO_TRIANGLE;

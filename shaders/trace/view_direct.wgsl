@@ -14,7 +14,7 @@ struct DirectParams {
     samples: u32,
     bins: u32,
     window_count: u32,
-    // Fixed-point units per steradian.
+    // Fixed-point units per sample and full window.
     unit: f32,
     batches: u32,
     // Number of the first sensor among all.
@@ -23,8 +23,11 @@ struct DirectParams {
 
 @group(0) @binding(6) var<uniform> params: DirectParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
-// [batch][sensor][bin][rgb], fixed point.
+// [batch][sensor][bin][rgb], fixed point, in parts of the windows' solid angle.
 @group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
+
+// Solid angle of all windows from each sensor, sr.
+@group(0) @binding(9) var<storage, read_write> solid_angles: array<f32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -38,9 +41,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let seed = hash_combine(hash_combine(params.seed, batch), params.first_sensor + sensor_index);
     let to_window = sample_windows(sensor.position, params.window_count, sample_pair(index, 0u, seed));
     let cosine = dot(to_window.direction, sensor.normal);
+    if index == 0u && batch == 0u {
+        solid_angles[sensor_index] = to_window.total;
+    }
     if to_window.weight > 0.0 && cosine > 0.0 {
         let passed = straight_transmittance(sensor.position, to_window.direction, to_window.distance * 0.99999);
-        let value = passed * (cosine * to_window.weight / f32(params.samples) * params.unit) + 0.5;
+        let value = passed * (cosine * (to_window.weight / to_window.total) * params.unit) + 0.5;
         let bin = window_bin(windows[to_window.window], -to_window.direction);
         let cell = ((batch * params.sensors + sensor_index) * params.bins + bin) * 3u;
         atomicAdd(&sums[cell], u32(value.x));

@@ -15,6 +15,7 @@ sources![
     "shared/counters",
     "shared/material",
     "shared/random",
+    "shared/receiver",
     "shared/window",
     "trace/daylight_paths",
     "trace/light_paths",

@@ -1,8 +1,13 @@
 //! One module per kernel: host half and f64 reference.
 
+pub mod daylight_matrix;
+pub mod trace;
+pub mod view_matrix;
+
 /// Every shader variant in use, for the tests that link, validate and compare layouts.
 pub fn registered() -> Vec<crate::gpu::Registered> {
     let mut all = crate::gpu::registered();
-    all.extend([]);
+    all.extend(view_matrix::registered());
+    all.extend(daylight_matrix::registered());
     all
 }

@@ -5,8 +5,6 @@
 //! nothing absorbs. Patch 0 is the ground below the horizon.
 
 #[cfg(test)]
-mod reference;
-#[cfg(test)]
 mod tests;
 
 use crate::bins::ReinhartSky;
@@ -21,7 +19,7 @@ use crate::scene::{Scene, Window};
 
 gpu_struct! {
     /// Parameters of `trace/daylight_paths`.
-    pub struct DaylightParams {
+    pub(crate) struct DaylightParams {
         seed: u32,
         first_path: u32,
         paths: u32,
@@ -39,7 +37,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// A row of sky patches (`shared/bins.wgsl`).
-    pub struct SkyRow {
+    pub(crate) struct SkyRow {
         sin_low: f32,
         first: u32,
         patches: u32,

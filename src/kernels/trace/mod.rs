@@ -8,53 +8,84 @@ use crate::gpu_struct;
 use crate::scene::{self, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
 
+#[cfg(test)]
+pub(crate) mod reference;
+#[cfg(test)]
+pub(crate) mod rooms;
+
 gpu_struct! {
     /// Optical properties of a surface (`shared/material.wgsl`).
     pub struct Material {
-        diffuse: [f32; 3],
-        kind: u32,
-        specular: [f32; 3],
-        roughness: f32,
-        diffuse_transmitted: [f32; 3],
-        window: u32,
-        specular_transmitted: [f32; 3],
-        padding: u32,
+        /// Diffuse reflectance.
+        pub diffuse: [f32; 3],
+        /// 0 absorber, 1 surface, 2 glass, 3 mirror.
+        pub kind: u32,
+        /// Specular reflectance; transmissivity of glass.
+        pub specular: [f32; 3],
+        /// RMS facet slope; refraction index of glass.
+        pub roughness: f32,
+        /// Diffuse transmittance.
+        pub diffuse_transmitted: [f32; 3],
+        /// Index + 1 of the window that this absorber is.
+        pub window: u32,
+        /// Specular transmittance.
+        pub specular_transmitted: [f32; 3],
+        /// Unused.
+        pub padding: u32,
     }
 }
 
 gpu_struct! {
     /// A window (`shared/window.wgsl`).
     pub struct Window {
-        x: [f32; 3],
-        first_triangle: u32,
-        y: [f32; 3],
-        triangles: u32,
-        z: [f32; 3],
-        area: f32,
-        first_bin: u32,
-        bins: u32,
-        first_ring: u32,
-        rings: u32,
+        /// Local x.
+        pub x: [f32; 3],
+        /// Index of its first triangle.
+        pub first_triangle: u32,
+        /// Local y (up).
+        pub y: [f32; 3],
+        /// Number of triangles.
+        pub triangles: u32,
+        /// Normal, into the room.
+        pub z: [f32; 3],
+        /// In tracer units.
+        pub area: f32,
+        /// Its first bin among all.
+        pub first_bin: u32,
+        /// Number of bins.
+        pub bins: u32,
+        /// Index of its first ring.
+        pub first_ring: u32,
+        /// Number of rings.
+        pub rings: u32,
     }
 }
 
 gpu_struct! {
     /// A ring of a window's basis (`shared/bins.wgsl`).
     pub struct Ring {
-        cos2_low: f32,
-        cos2_high: f32,
-        first: u32,
-        bins: u32,
+        /// Squared cosine of the lower polar limit.
+        pub cos2_low: f32,
+        /// Squared cosine of the upper polar limit.
+        pub cos2_high: f32,
+        /// First bin within the window.
+        pub first: u32,
+        /// Number of bins.
+        pub bins: u32,
     }
 }
 
 gpu_struct! {
     /// Paths finished and failed, paths still alive, segments traced (`shared/counters.wgsl`).
     pub struct Counters {
-        finished: u32,
-        failed: u32,
-        alive: u32,
-        segments: u32,
+        /// Paths that ended properly.
+        pub finished: u32,
+        /// Paths the device cut off.
+        pub failed: u32,
+        /// Paths that go on in the next dispatch.
+        pub alive: u32,
+        /// Segments traced.
+        pub segments: u32,
     }
 }
 

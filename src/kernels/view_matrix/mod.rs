@@ -13,8 +13,6 @@
 //! All of it is repeated in independently scrambled batches; their spread is the standard error.
 
 #[cfg(test)]
-mod reference;
-#[cfg(test)]
 mod tests;
 
 use crate::error::{Error, Result};
@@ -28,7 +26,7 @@ use glam::DVec3;
 
 gpu_struct! {
     /// Parameters of `trace/light_paths`.
-    pub struct LightPathParams {
+    pub(crate) struct LightPathParams {
         seed: u32,
         paths: u32,
         bins: u32,
@@ -42,7 +40,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// State of a light path between dispatches.
-    pub struct LightPath {
+    pub(crate) struct LightPath {
         position: [f32; 3],
         alive: u32,
         direction: [f32; 3],
@@ -54,7 +52,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// A diffuse vertex of a light path.
-    pub struct VirtualLight {
+    pub(crate) struct VirtualLight {
         position: [f32; 3],
         padding0: u32,
         normal: [f32; 3],
@@ -66,7 +64,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// Parameters of `trace/view_gather`.
-    pub struct GatherParams {
+    pub(crate) struct GatherParams {
         sensors: u32,
         bins: u32,
         lights: u32,
@@ -80,8 +78,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// A receiver in the tracer's coordinates.
-    #[allow(missing_docs)]
-    pub struct Receiver {
+    pub(crate) struct Receiver {
         position: [f32; 3],
         padding0: u32,
         normal: [f32; 3],
@@ -91,7 +88,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// Parameters of `trace/view_direct`.
-    pub struct DirectParams {
+    pub(crate) struct DirectParams {
         seed: u32,
         sensors: u32,
         samples: u32,
@@ -105,7 +102,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// Parameters of `trace/view_near`.
-    pub struct NearParams {
+    pub(crate) struct NearParams {
         seed: u32,
         sensors: u32,
         samples: u32,
@@ -192,8 +189,9 @@ pub struct TracedMatrix {
     pub statistics: TraceStatistics,
 }
 
-/// Fixed-point units per steradian in `view_direct`: a cell holds at most 2π sr.
-const DIRECT_UNIT: f32 = (1u32 << 29) as f32;
+/// Fixed-point units that `view_direct` may add to one cell; half the range, since area sampling
+/// of small windows exceeds their mean solid angle a little.
+const DIRECT_CAPACITY: f32 = (1u32 << 31) as f32;
 /// Bound on what one path of `view_near` may add to one cell, sr.
 const NEAR_BOUND: f64 = 64.0;
 /// Rounds of light paths after which an untruncated computation stops; roulette ends paths long
@@ -258,13 +256,13 @@ pub fn compute(
     let plan = Plan::new(device, options.memory, rows, &[bytes_per_sensor, bytes_per_sensor, bytes_per_sensor], &[], 1)?;
     let mut done = 0;
     for chunk in plan.chunks() {
-        let range = chunk.first..chunk.first + chunk.rows;
+        let range = chunk.first..chunk.first + chunk.count;
         let stage = |part: f64| {
-            progress.update("view matrix", (done as f64 + part * chunk.rows as f64) / rows as f64);
+            progress.update("view matrix", (done as f64 + part * chunk.count as f64) / rows as f64);
             if progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
         };
         tracer.compute_tile(&sensors[range.clone()], range.start, &mut result, &stage)?;
-        done += chunk.rows;
+        done += chunk.count;
     }
     progress.update("view matrix", 1.0);
     Ok(result)
@@ -321,7 +319,7 @@ impl<'d> ViewTracer<'d> {
         let batches = self.options.batches as usize;
         let cells = batches * records.len() * bins * 3;
         stage(0.0)?;
-        let direct = self.direct_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics)?;
+        let (direct, solid_angles) = self.direct_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics)?;
         stage(0.1)?;
         let reflected = self.options.bounces.is_none_or(|b| b > 1);
         let (gathered, near) = if reflected || self.tables.features.specular {
@@ -340,7 +338,7 @@ impl<'d> ViewTracer<'d> {
                     let mut straight = 0.0;
                     for (batch, value) in values.iter_mut().enumerate() {
                         let cell = ((batch * records.len() + sensor) * bins + bin) * 3 + c;
-                        let seen = f64::from(direct[cell]) / f64::from(DIRECT_UNIT);
+                        let seen = f64::from(direct[cell]) / f64::from(DIRECT_CAPACITY) * f64::from(solid_angles[sensor]);
                         straight += seen;
                         *value = seen;
                         if let Some(near) = &near {
@@ -361,7 +359,7 @@ impl<'d> ViewTracer<'d> {
         Ok(())
     }
 
-    fn direct_part(&self, sensors: &Buffer, count: usize, first: usize, cells: usize, statistics: &mut TraceStatistics) -> Result<Vec<u32>> {
+    fn direct_part(&self, sensors: &Buffer, count: usize, first: usize, cells: usize, statistics: &mut TraceStatistics) -> Result<(Vec<u32>, Vec<f32>)> {
         let o = &self.options;
         let params = DirectParams {
             seed: o.seed,
@@ -369,11 +367,14 @@ impl<'d> ViewTracer<'d> {
             samples: o.direct_samples,
             bins: self.tables.bins() as u32,
             window_count: self.tables.windows.len() as u32,
-            unit: DIRECT_UNIT,
+            unit: DIRECT_CAPACITY / o.direct_samples as f32,
             batches: o.batches,
             first_sensor: first as u32,
         };
-        self.sampled_part(&self.direct, &params, "direct view matrix", sensors, count, o.direct_samples, cells, statistics)
+        let solid_angles = self.device.zeros::<f32>("solid angles of the windows", count)?;
+        let own = [("solid_angles", &solid_angles)];
+        let sums = self.sampled_part(&self.direct, &params, "direct view matrix", sensors, count, o.direct_samples, cells, &own, statistics)?;
+        Ok((sums, self.device.read_finite(&solid_angles)?))
     }
 
     fn near_part(&self, sensors: &Buffer, count: usize, first: usize, cells: usize, statistics: &mut TraceStatistics) -> Result<Vec<u32>> {
@@ -392,7 +393,7 @@ impl<'d> ViewTracer<'d> {
             first_sensor: first as u32,
             padding: 0,
         };
-        self.sampled_part(&self.near, &params, "short connections of the view matrix", sensors, count, o.near_samples, cells, statistics)
+        self.sampled_part(&self.near, &params, "short connections of the view matrix", sensors, count, o.near_samples, cells, &[], statistics)
     }
 
     /// Runs a kernel of one invocation per sample, sensor and batch, and reads its fixed-point sums.
@@ -406,12 +407,15 @@ impl<'d> ViewTracer<'d> {
         count: usize,
         samples: u32,
         cells: usize,
+        own: &[(&str, &Buffer)],
         statistics: &mut TraceStatistics,
     ) -> Result<Vec<u32>> {
         let params = self.device.uniform(what, params)?;
         let sums = self.device.zeros::<u32>(what, cells)?;
         self.device.write(&self.counters, &[Counters::default()])?;
-        let bind = kernel.bind(&self.scene.bindings(&[("params", &params), ("sensors", sensors), ("sums", &sums), ("counters", &self.counters)]))?;
+        let mut all = vec![("params", &params), ("sensors", sensors), ("sums", &sums), ("counters", &self.counters)];
+        all.extend_from_slice(own);
+        let bind = kernel.bind(&self.scene.bindings(&all))?;
         self.device.dispatch(kernel, &bind, [samples.div_ceil(64), count as u32, self.options.batches])?;
         let started = u64::from(samples) * count as u64 * u64::from(self.options.batches);
         self.finish_dispatch(started, what, statistics)?;
