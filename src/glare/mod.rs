@@ -1,1 +1,190 @@
-//! Glare: sources in a picture, and the indices made of them.
+//! Discomfort glare of hemispherical pictures, and of a year of them.
+//!
+//! The steps are separate so that another implementation (a fused one on the device) can share each:
+//! [`geometry`] is computed once per view; [`detect`] chooses the glare pixels of a luminance image;
+//! [`sources`] groups them, a pure function of the pixels and the geometry; [`index`] turns the
+//! vertical illuminance and the sources into DGP, UGR and the others. [`Analyser`] runs them in turn.
+//!
+//! Written from the published formulas (cited where they stand) and from the observed behaviour of
+//! evalglare 3.06. Known differences from evalglare:
+//! - Glare pixels within the search radius of one another are always one source. evalglare's search
+//!   sometimes misses a lone pixel in the same row.
+//! - Pixels behind the viewer never count, whatever the projection.
+//! - An index without meaning (UGR and UGP of a picture that is a source all over) is [`UNDEFINED`].
+//!
+//! Like evalglare, and unless [`SourcePosition::Centroid`] is chosen, a source stands at the pixel
+//! whose numbers are its centroid's cut to integers; that moves sources by half a pixel on average.
+
+pub mod annual;
+pub mod check;
+pub mod detect;
+pub mod geometry;
+pub mod imageless;
+pub mod index;
+pub mod position;
+pub mod sources;
+pub mod veil;
+
+use crate::error::{Error, Result};
+use std::sync::Arc;
+
+pub use detect::{TaskArea, Threshold};
+pub use geometry::{PixelGeometry, ViewFrame};
+pub use index::{Background, DgpModel, Indices, UNDEFINED};
+pub use position::{FieldOfView, PositionIndex};
+pub use sources::{Neighbourhood, Source, SourcePosition};
+
+/// What to look for in a picture and how to judge it. The default is evalglare's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Luminance above which a pixel belongs to a glare source.
+    pub threshold: Threshold,
+    /// Area the viewer works at; only [`Threshold::TimesTask`] needs it.
+    pub task: Option<TaskArea>,
+    /// Twice the angle up to which two glare pixels are one source, rad (evalglare's `-r`).
+    pub search_radius: f64,
+    /// Luminance from which pixels are taken out of their source to form their own, cd/m²; `None`
+    /// leaves sources whole.
+    pub peak_limit: Option<f64>,
+    /// Part of the view in which sources are looked for. Vertical illuminance and average
+    /// luminance are always those of the whole view.
+    pub field_of_view: FieldOfView,
+    /// Position index.
+    pub position_index: PositionIndex,
+    /// Where in the view a source stands.
+    pub source_position: SourcePosition,
+    /// DGP's constants and low-light correction.
+    pub dgp: DgpModel,
+    /// Definition of the background luminance.
+    pub background: Background,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            threshold: Threshold::default(),
+            task: None,
+            search_radius: 0.2,
+            peak_limit: Some(50_000.0),
+            field_of_view: FieldOfView::Whole,
+            position_index: PositionIndex::Guth,
+            source_position: SourcePosition::TruncatedPixel,
+            dgp: DgpModel::default(),
+            background: Background::default(),
+        }
+    }
+}
+
+/// Glare of one picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Glare {
+    /// Illuminance at the eye, on the plane across the view direction, lx.
+    pub vertical_illuminance: f64,
+    /// The part of it that comes from the sources, lx.
+    pub direct_illuminance: f64,
+    /// Mean luminance weighted by solid angle, cd/m².
+    pub average_luminance: f64,
+    /// Background luminance, cd/m².
+    pub background_luminance: f64,
+    /// Luminance of the task area, cd/m², if there is one.
+    pub task_luminance: Option<f64>,
+    /// Luminance above which a pixel counted as glare, cd/m².
+    pub threshold: f64,
+    /// The glare sources, in the order of their first pixel; peaks come last.
+    pub sources: Vec<Source>,
+    /// The indices.
+    pub indices: Indices,
+}
+
+/// Analyses pictures of one view. Everything that depends on the view alone is computed once.
+#[derive(Debug, Clone)]
+pub struct Analyser {
+    geometry: Arc<PixelGeometry>,
+    settings: Settings,
+    neighbourhood: Neighbourhood,
+    /// Pixels in which sources are looked for.
+    searched: Vec<bool>,
+    task_pixels: Vec<u32>,
+}
+
+impl Analyser {
+    /// Prepares the analysis of pictures with this geometry.
+    ///
+    /// # Errors
+    /// Settings out of range, a task area outside the picture or without pixels.
+    pub fn new(geometry: Arc<PixelGeometry>, settings: Settings) -> Result<Self> {
+        check_settings(&settings)?;
+        let neighbourhood = Neighbourhood::new(&geometry, settings.search_radius);
+        let searched = (0..geometry.pixel_count())
+            .map(|i| geometry.is_inside(i) && settings.field_of_view.contains(&geometry.frame, geometry.directions[i]))
+            .collect();
+        let task_pixels = match &settings.task {
+            Some(task) => task.pixels(&geometry)?,
+            None => Vec::new(),
+        };
+        Ok(Self { geometry, settings, neighbourhood, searched, task_pixels })
+    }
+
+    /// The geometry given.
+    pub fn geometry(&self) -> &PixelGeometry {
+        &self.geometry
+    }
+
+    /// The settings given.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Pixels of the task area, ascending; empty without one.
+    pub fn task_pixels(&self) -> &[u32] {
+        &self.task_pixels
+    }
+
+    /// Glare of a luminance image, cd/m², one value per pixel, row 0 on top. `vertical_illuminance`
+    /// (lx) replaces the picture's own in DGP alone, as evalglare's `-i` does: with the picture of
+    /// the direct light only this is eDGPs.
+    ///
+    /// # Errors
+    /// If the image does not fit the geometry, a luminance is negative or not finite (see
+    /// [`detect::luminance`]), or the given illuminance is.
+    pub fn analyse(&self, luminance: &[f32], vertical_illuminance: Option<f64>) -> Result<Glare> {
+        let geometry = &*self.geometry;
+        if luminance.len() != geometry.pixel_count() {
+            return Err(Error::new(format!(
+                "{} luminances do not fit the view's {} × {} pixels",
+                luminance.len(),
+                geometry.width,
+                geometry.height
+            )));
+        }
+        if let Some(ev) = vertical_illuminance
+            && !(ev.is_finite() && ev >= 0.0)
+        {
+            return Err(Error::new(format!("the vertical illuminance {ev} lx is not a finite number from 0")));
+        }
+        let totals = geometry.totals(luminance)?;
+        let task_luminance = self.settings.task.is_some().then(|| geometry.mean_luminance(luminance, &self.task_pixels));
+        let threshold = self.settings.threshold.luminance(totals.average_luminance, task_luminance);
+        let pixels = detect::glare_pixels(luminance, &self.searched, threshold);
+        let sources = sources::find(luminance, &pixels, geometry, &self.neighbourhood, &self.settings);
+        Ok(index::judge(&totals, task_luminance, threshold, sources, vertical_illuminance, &self.settings))
+    }
+}
+
+fn check_settings(settings: &Settings) -> Result<()> {
+    let bad = |field: &str, message: String| Err(Error::new(message).field(field));
+    let r = settings.search_radius;
+    if !(r >= 0.0 && r <= std::f64::consts::TAU) {
+        return bad("search radius", format!("{r} is not an angle between 0 and 2π rad"));
+    }
+    if let Some(limit) = settings.peak_limit
+        && !(limit.is_finite() && limit > 0.0)
+    {
+        return bad("peak limit", format!("{limit} is not a luminance above 0 cd/m²"));
+    }
+    settings.threshold.check(settings.task.is_some())?;
+    settings.dgp.check()
+}
+
+#[cfg(test)]
+mod tests;
