@@ -8,6 +8,7 @@
 mod parse;
 mod raster;
 
+pub(crate) use raster::triangle_solid_angle;
 pub use raster::{PixelSamples, Raster};
 
 use crate::error::{Error, Result};

@@ -161,7 +161,7 @@ impl Raster {
 
 /// Solid angle of a spherical triangle, signed: positive if the corners run counter-clockwise seen
 /// from outside (Van Oosterom and Strackee 1983; exact and stable for the smallest pixels).
-fn triangle_solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+pub(crate) fn triangle_solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     // Differences keep the digits that the triple product of nearly equal vectors would lose.
     let numerator = a.dot((b - a).cross(c - a));
     2.0 * numerator.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))

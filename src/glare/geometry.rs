@@ -1,6 +1,8 @@
 //! Where each pixel of a view looks and how large it is.
 
+use crate::camera::{Projection, Raster, triangle_solid_angle};
 use crate::error::{Error, Result};
+use glam::DVec2;
 use rayon::prelude::*;
 
 /// Orthonormal axes of a view.
@@ -75,40 +77,46 @@ pub struct Totals {
 }
 
 impl PixelGeometry {
-    /// Geometry of a picture of `width` × `height` pixels. `direction_at(x, y)` gives the unit vector
-    /// at a place in the picture, in pixels from its left and upper edge, or `None` outside the view.
+    /// Geometry of the pixels of a raster.
     ///
-    /// A pixel's solid angle is that of the spherical quadrilateral between its corners' directions;
-    /// a pixel with a corner outside the view, or with its centre behind the viewer, is outside.
+    /// A pixel's solid angle is that of the spherical quadrilateral between its corners' directions
+    /// (as [`Raster::solid_angle`]); a pixel with a corner outside the projection, or with its centre
+    /// behind the viewer, is outside the view.
     ///
     /// # Errors
-    /// If the picture is empty or no pixel lies inside the view.
-    pub fn new(width: usize, height: usize, frame: ViewFrame, direction_at: impl Fn(f64, f64) -> Option<[f64; 3]> + Sync) -> Result<Self> {
-        let count = width.checked_mul(height).filter(|&n| n > 0 && n < u32::MAX as usize);
-        let Some(count) = count else {
-            return Err(Error::new(format!("cannot analyse a picture of {width} × {height} pixels")));
+    /// A parallel view, or no pixel inside the view.
+    pub fn new(raster: &Raster) -> Result<Self> {
+        let camera = raster.camera();
+        if camera.view().projection == Projection::Parallel {
+            return Err(Error::new("a parallel view (-vtl) has no directions to judge glare by").help("use a fisheye, for instance `-vta -vh 180 -vv 180`"));
+        }
+        let (width, height) = (raster.width(), raster.height());
+        let direction = |column, row, offset| raster.sample(column, row, offset).map(|ray| ray.direction);
+        // The corners above a row of pixels; those above row `height` are the lower ones of the last.
+        let corners = |row: usize| {
+            let (row, y) = if row < height { (row, 0.5) } else { (height - 1, -0.5) };
+            let right = direction(width - 1, row, DVec2::new(0.5, y));
+            (0..width).map(|x| direction(x, row, DVec2::new(-0.5, y))).chain([right]).collect::<Vec<_>>()
         };
-        let mut pixels = vec![([0.0; 3], 0.0); count];
+        let mut pixels = vec![([0.0; 3], 0.0); raster.len()];
         const ROWS: usize = 16;
         pixels.par_chunks_mut(ROWS * width).enumerate().for_each(|(chunk, pixels)| {
-            let first = chunk * ROWS;
-            let corners_of_row = |y: usize| (0..=width).map(|x| direction_at(x as f64, y as f64)).collect::<Vec<_>>();
-            let mut above = corners_of_row(first);
-            for (row, pixels) in pixels.chunks_mut(width).enumerate() {
-                let y = first + row;
-                let below = corners_of_row(y + 1);
+            let mut above = corners(chunk * ROWS);
+            for (row, pixels) in (chunk * ROWS..).zip(pixels.chunks_mut(width)) {
+                let below = corners(row + 1);
                 for (x, pixel) in pixels.iter_mut().enumerate() {
-                    let Some(centre) = direction_at(x as f64 + 0.5, y as f64 + 0.5) else { continue };
-                    if let (Some(a), Some(b), Some(c), Some(d)) = (above[x], above[x + 1], below[x + 1], below[x])
-                        && dot(centre, frame.forward) >= 0.0
-                    {
-                        *pixel = (centre, triangle(a, b, c) + triangle(a, c, d));
+                    let (Some(a), Some(b), Some(c), Some(d)) = (above[x], above[x + 1], below[x + 1], below[x]) else { continue };
+                    let Some(centre) = direction(x, row, DVec2::ZERO) else { continue };
+                    if centre.dot(camera.direction) >= 0.0 {
+                        let solid_angle = triangle_solid_angle(a, b, c) + triangle_solid_angle(a, c, d);
+                        *pixel = (centre.to_array(), solid_angle.abs());
                     }
                 }
                 above = below;
             }
         });
-        Self::from_pixels(width, height, frame, pixels.into_iter())
+        let frame = ViewFrame { forward: camera.direction.to_array(), up: camera.up.to_array(), right: camera.right.to_array() };
+        Self::from_pixels(width, height, frame, pixels)
     }
 
     /// Geometry from directions (unit vectors) and solid angles (sr) of the pixels; a solid angle of
@@ -116,8 +124,8 @@ impl PixelGeometry {
     ///
     /// # Errors
     /// If the numbers do not fit the size, are not finite, or no pixel lies inside the view.
-    pub fn from_pixels(width: usize, height: usize, frame: ViewFrame, pixels: impl Iterator<Item = ([f64; 3], f64)>) -> Result<Self> {
-        let (directions, mut solid_angles): (Vec<_>, Vec<_>) = pixels.unzip();
+    pub fn from_pixels(width: usize, height: usize, frame: ViewFrame, pixels: Vec<([f64; 3], f64)>) -> Result<Self> {
+        let (directions, mut solid_angles): (Vec<_>, Vec<_>) = pixels.into_iter().unzip();
         if width == 0 || height == 0 || width.checked_mul(height) != Some(directions.len()) {
             return Err(Error::new(format!("{} pixels do not fill a view of {width} × {height}", directions.len())));
         }
@@ -209,10 +217,4 @@ impl PixelGeometry {
             .fold(0.0, f64::max);
         if pitch > 0.0 { pitch } else { (self.total_solid_angle / self.pixel_count() as f64).sqrt() }
     }
-}
-
-/// Solid angle of a spherical triangle (A. van Oosterom and J. Strackee, "The solid angle of a plane
-/// triangle", IEEE Trans. Biomed. Eng. 30, 1983).
-fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
-    2.0 * dot(a, cross(b, c)).abs().atan2(1.0 + dot(a, b) + dot(b, c) + dot(c, a))
 }

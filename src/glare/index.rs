@@ -55,16 +55,28 @@ impl DgpModel {
     }
 
     /// Standard error of DGP from those of the vertical illuminance (lx) and of the contrast sum,
-    /// taken as independent; first order. 0 where DGP is cut to 1.
+    /// taken as independent; first order, at most 1. 0 where DGP is cut
+    /// to 1.
     pub fn standard_error(&self, vertical_illuminance: f64, contrast_sum: f64, illuminance_error: f64, contrast_error: f64) -> f64 {
-        let slope = |ev: f64, s: f64, de: f64, ds: f64| {
-            let (high, low) = (self.dgp(ev + de, s + ds), self.dgp((ev - de).max(0.0), (s - ds).max(0.0)));
-            (high - low) / ((ev + de) - (ev - de).max(0.0) + (s + ds) - (s - ds).max(0.0))
-        };
-        let step = |x: f64| x * 1e-4 + f64::MIN_POSITIVE.sqrt();
-        let by_illuminance = slope(vertical_illuminance, contrast_sum, step(vertical_illuminance), 0.0) * illuminance_error;
-        let by_contrast = slope(vertical_illuminance, contrast_sum, 0.0, step(contrast_sum)) * contrast_error;
-        by_illuminance.hypot(by_contrast)
+        if self.dgp(vertical_illuminance, contrast_sum) >= 1.0 {
+            return 0.0;
+        }
+        let ev = vertical_illuminance;
+        let [_, _, a3, _, a5] = self.exponents;
+        let [c1, c2, _] = self.constants;
+        let scale = power(ev, a3);
+        let ratio = if contrast_sum > 0.0 { contrast_sum / scale } else { 0.0 };
+        let c2 = c2 / std::f64::consts::LN_10;
+        let mut by_illuminance = c1 * a5 * power(ev, a5 - 1.0) - if ratio > 0.0 { c2 * a3 / ev / (1.0 + 1.0 / ratio) } else { 0.0 };
+        let mut by_contrast = c2 / scale / (1.0 + ratio);
+        if self.low_light_correction && ev < 1000.0 {
+            let factor = low_light_factor(ev);
+            by_illuminance = factor * by_illuminance + 0.024 * (1.0 - factor) * self.dgp(ev, contrast_sum);
+            by_contrast *= factor;
+        }
+        // Without light the slopes are infinite; DGP itself spans no more than 1.
+        let error = (by_illuminance * illuminance_error).hypot(by_contrast * contrast_error);
+        if error <= 1.0 { error } else { 1.0 }
     }
 
     pub(super) fn check(&self) -> Result<()> {
@@ -285,11 +297,19 @@ mod tests {
     #[test]
     fn standard_error_is_the_spread_of_dgp() {
         let m = DgpModel::EVALGLARE;
-        let (ev, sum, ev_error, sum_error) = (2500.0, 4e6, 25.0, 8e4);
+        let (ev, sum, ev_error, sum_error) = (2500.0f64, 4e6, 25.0, 8e4);
         let expected = (5.87e-5 - m.constants[1] / std::f64::consts::LN_10 * 1.87 * (sum / ev.powf(1.87)) / (1.0 + sum / ev.powf(1.87)) / ev) * ev_error;
         let by_sum = m.constants[1] / std::f64::consts::LN_10 / (ev.powf(1.87) + sum) * sum_error;
         let error = m.standard_error(ev, sum, ev_error, sum_error);
-        assert!((error / expected.hypot(by_sum) - 1.0).abs() < 1e-6, "{error}");
+        assert!((error / expected.hypot(by_sum) - 1.0).abs() < 1e-12, "{error}");
+        // By differences, with the correction for dim scenes too.
+        let dim = DgpModel { low_light_correction: true, ..m };
+        for (m, ev) in [(m, 2500.0), (dim, 150.0), (dim, 800.0)] {
+            let slope = (m.dgp(ev + 0.01, sum) - m.dgp(ev - 0.01, sum)) / 0.02;
+            assert!((m.standard_error(ev, sum, 1.0, 0.0) / slope.abs() - 1.0).abs() < 1e-6);
+            let slope = (m.dgp(ev, sum + 10.0) - m.dgp(ev, sum - 10.0)) / 20.0;
+            assert!((m.standard_error(ev, sum, 0.0, 1.0) / slope - 1.0).abs() < 1e-6);
+        }
     }
 
     #[test]

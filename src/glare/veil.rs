@@ -28,7 +28,7 @@ pub fn add_spread_source(luminance: &mut [f32], geometry: &PixelGeometry, direct
     let Some(nearest) = nearest else { return Ok(false) };
     // Half a pixel's diagonal beyond the nearest centre is outside.
     let apart = dot(geometry.directions[nearest], direction).clamp(-1.0, 1.0).acos();
-    if apart > (geometry.solid_angles[nearest]).sqrt() {
+    if apart > geometry.solid_angles[nearest].sqrt() {
         return Ok(false);
     }
     for (i, share) in spread(geometry, nearest, direction, fwhm_deg) {
