@@ -1,6 +1,10 @@
 //! Pictures: RGBE, EXR, PNG and falsecolour.
 
+pub mod canvas;
+pub mod drawing;
+pub mod font;
 pub mod hdr;
+pub mod palette;
 
 use crate::error::{Error, Result};
 use crate::units::ILLUMINANCE_WEIGHTS;
