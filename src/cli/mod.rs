@@ -3,7 +3,9 @@
 
 mod bsdf;
 mod devices;
+mod matrix;
 mod multiply;
+mod progress;
 mod sky;
 
 use clap::{Parser, Subcommand};
@@ -22,6 +24,8 @@ struct Cli {
 enum Verb {
     /// The BSDF bench: look at, check, make and convert scattering data of windows.
     Bsdf(bsdf::Args),
+    /// One phase of the matrix methods: view matrix V or daylight matrix D (as rfluxmtx).
+    Matrix(matrix::Args),
     /// Sky matrix from a weather file (as gendaymtx).
     Sky(sky::Args),
     /// Product of matrices V·T·D·S (as dctimestep).
@@ -36,6 +40,7 @@ pub fn main() -> ExitCode {
     let mut warnings = Warnings::new();
     let result: Result<ExitCode> = match cli.verb {
         Verb::Bsdf(args) => bsdf::run(args, &mut warnings),
+        Verb::Matrix(args) => matrix::run(args, &mut warnings),
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),

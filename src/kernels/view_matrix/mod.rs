@@ -21,8 +21,8 @@ use crate::gpu_struct;
 use crate::kernels::trace::{Counters, TraceScene, TraceTables, WindowSurfaces, check_finished};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
+use crate::scene::points::Sensor;
 use crate::scene::{Scene, Window};
-use glam::DVec3;
 
 gpu_struct! {
     /// Parameters of `trace/light_paths`.
@@ -116,15 +116,6 @@ gpu_struct! {
         first_sensor: u32,
         padding: u32,
     }
-}
-
-/// Where light is received: a point and the normal of the small surface that receives it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensor {
-    /// World coordinates.
-    pub position: DVec3,
-    /// Need not have unit length.
-    pub direction: DVec3,
 }
 
 /// How much to sample. Every number is per sensor or bin *and batch*.

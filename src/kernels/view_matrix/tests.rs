@@ -4,10 +4,11 @@ use crate::kernels::trace::reference;
 use crate::kernels::trace::rooms::{Builder, asymmetric, window};
 use crate::progress::Silent;
 use crate::scene::MaterialKind;
+use glam::DVec3;
 use std::f64::consts::PI;
 
 fn sensor(position: [f64; 3], direction: [f64; 3]) -> Sensor {
-    Sensor { position: DVec3::from_array(position), direction: DVec3::from_array(direction) }
+    Sensor { position: DVec3::from_array(position), direction: DVec3::from_array(direction), line: 0 }
 }
 
 /// Chi-square-like comparison of a traced row with the reference: the deviations in units of their

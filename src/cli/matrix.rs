@@ -1,0 +1,199 @@
+//! `lucarne matrix`: one phase as a Radiance matrix.
+
+use super::progress::Terminal;
+use clap::Subcommand;
+use lucarne::bins::ReinhartSky;
+use lucarne::gpu::Device;
+use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
+use lucarne::kernels::view_matrix::{self, TracedMatrix, ViewOptions};
+use lucarne::matrix::Matrix;
+use lucarne::matrix::file::{Format, write_matrix};
+use lucarne::scene::points::read_points;
+use lucarne::scene::rad::{read_scene, read_windows};
+use lucarne::scene::{Scene, Window};
+use lucarne::{Error, Result, Warnings};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// One phase of the matrix methods.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    phase: Phase,
+}
+
+#[derive(Subcommand)]
+enum Phase {
+    /// View matrix V: from the windows' bins to sensors [sensor][bin].
+    View(ViewArgs),
+    /// Daylight matrix D: from the sky's patches to a window's bins [bin][patch], ground first.
+    Daylight(DaylightArgs),
+}
+
+/// What every phase needs.
+#[derive(clap::Args)]
+struct Common {
+    /// Radiance scene files, materials first
+    #[arg(required = true, value_name = "SCENE.rad")]
+    scene: Vec<PathBuf>,
+
+    /// Window surface with its `#@rfluxmtx` comment; normals point into the room; may be repeated
+    #[arg(long, required = true, value_name = "WINDOW.rad")]
+    window: Vec<PathBuf>,
+
+    /// Most diffuse bounces; left out: not truncated
+    #[arg(long = "ab", value_name = "N")]
+    bounces: Option<u32>,
+
+    /// Weight below which Russian roulette ends paths
+    #[arg(long = "lw", value_name = "WEIGHT", default_value_t = 0.05)]
+    roulette_weight: f32,
+
+    /// Seed of the random numbers
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+
+    /// Independent repetitions, whose spread is the standard error
+    #[arg(long, default_value_t = 8, value_name = "N")]
+    batches: u32,
+
+    /// Matrix file; standard output if absent
+    #[arg(short = 'o', value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    /// Also write the part without diffuse bounces (Vd, Dd)
+    #[arg(long, value_name = "FILE")]
+    direct: Option<PathBuf>,
+
+    /// Also write the standard error of each entry
+    #[arg(long, value_name = "FILE")]
+    standard_error: Option<PathBuf>,
+
+    /// Write numbers as text
+    #[arg(long = "oa", conflicts_with = "double")]
+    ascii: bool,
+
+    /// Write 64-bit numbers
+    #[arg(long = "od")]
+    double: bool,
+
+    /// Device: index or part of its name (see `lucarne devices`)
+    #[arg(long)]
+    device: Option<String>,
+}
+
+#[derive(clap::Args)]
+struct ViewArgs {
+    #[command(flatten)]
+    common: Common,
+
+    /// Sensors: a file of `x y z dx dy dz` lines
+    #[arg(long, required = true)]
+    points: PathBuf,
+
+    /// Light paths per bin and batch
+    #[arg(short = 'c', value_name = "N", default_value_t = ViewOptions::default().light_paths)]
+    light_paths: u32,
+
+    /// Samples of the windows per sensor and batch
+    #[arg(long, value_name = "N", default_value_t = ViewOptions::default().direct_samples)]
+    direct_samples: u32,
+
+    /// Paths per sensor and batch for nearby surfaces and mirrors
+    #[arg(long, value_name = "N", default_value_t = ViewOptions::default().near_samples)]
+    near_samples: u32,
+
+    /// Distance (in window sizes) below which surfaces count as near
+    #[arg(long, value_name = "D", default_value_t = ViewOptions::default().near_radius)]
+    near_radius: f32,
+}
+
+#[derive(clap::Args)]
+struct DaylightArgs {
+    #[command(flatten)]
+    common: Common,
+
+    /// Reinhart subdivision MF:N of the sky, 1 to 6
+    #[arg(short = 'm', value_name = "N", default_value_t = 1)]
+    subdivision: usize,
+
+    /// Paths per bin and batch
+    #[arg(short = 'c', value_name = "N", default_value_t = DaylightOptions::default().paths)]
+    paths: u32,
+}
+
+pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
+    match args.phase {
+        Phase::View(args) => view(&args, warnings)?,
+        Phase::Daylight(args) => daylight(&args, warnings)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn view(args: &ViewArgs, warnings: &mut Warnings) -> Result<()> {
+    let common = &args.common;
+    let (scene, windows) = common.read(warnings)?;
+    let sensors = read_points(&args.points)?;
+    let options = ViewOptions {
+        bounces: common.bounces,
+        light_paths: args.light_paths,
+        direct_samples: args.direct_samples,
+        near_samples: args.near_samples,
+        batches: common.batches,
+        seed: common.seed,
+        roulette_weight: common.roulette_weight,
+        near_radius: args.near_radius,
+        ..ViewOptions::default()
+    };
+    let device = Device::open(common.device.as_deref())?;
+    let traced = view_matrix::compute(&device, &scene, &windows, &sensors, &options, &Terminal::new())?;
+    common.write(&traced)
+}
+
+fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
+    let common = &args.common;
+    let (scene, windows) = common.read(warnings)?;
+    let [window] = windows.as_slice() else {
+        return Err(Error::new(format!("a daylight matrix belongs to one window, but there are {}", windows.len()))
+            .help("run once per window, each with its own --window file"));
+    };
+    let sky = ReinhartSky::new(args.subdivision).map_err(|e| e.field("-m"))?;
+    let options = DaylightOptions {
+        bounces: common.bounces,
+        paths: args.paths,
+        batches: common.batches,
+        seed: common.seed,
+        roulette_weight: common.roulette_weight,
+    };
+    let device = Device::open(common.device.as_deref())?;
+    let traced = daylight_matrix::compute(&device, &scene, window, sky, &options, &Terminal::new())?;
+    common.write(&traced)
+}
+
+impl Common {
+    fn read(&self, warnings: &mut Warnings) -> Result<(Scene, Vec<Window>)> {
+        let here = Path::new(".");
+        let scene = read_scene(&self.scene, here, warnings)?;
+        let mut windows = Vec::new();
+        for file in &self.window {
+            windows.extend(read_windows(file, here, warnings)?);
+        }
+        Ok((scene, windows))
+    }
+
+    fn write(&self, traced: &TracedMatrix) -> Result<()> {
+        let format = match (self.ascii, self.double) {
+            (true, _) => Format::Ascii,
+            (_, true) => Format::Double,
+            _ => Format::Float,
+        };
+        let header = vec![std::env::args().collect::<Vec<_>>().join(" "), format!("SOFTWARE= Lucarne {}", env!("CARGO_PKG_VERSION"))];
+        let also = |path: &Option<PathBuf>, matrix: &Matrix<f32>| match path {
+            Some(path) => write_matrix(Some(path), matrix, format, &header),
+            None => Ok(()),
+        };
+        also(&self.direct, &traced.direct)?;
+        also(&self.standard_error, &traced.standard_error)?;
+        write_matrix(self.output.as_deref().filter(|p| *p != Path::new("-")), &traced.total, format, &header)
+    }
+}
