@@ -86,10 +86,7 @@ pub struct SkyColumn {
 /// Options out of their range, or no hour left by `-u`.
 pub fn sky_columns(weather: &Weather, options: &SkyOptions) -> Result<Vec<SkyColumn>> {
     let hours = hours(weather, options)?;
-    Ok(hours
-        .iter()
-        .map(|h| SkyColumn { record: h.record, sun: h.sun, direct_normal: h.direct, black: h.is_black(options) })
-        .collect())
+    Ok(hours.iter().map(|h| SkyColumn { record: h.record, sun: h.sun, direct_normal: h.direct, black: h.is_black(options) }).collect())
 }
 
 /// The sky matrix `[patch][hour]` of RGB radiance, W/m²sr. Row 0 is the ground, then the patches of
@@ -239,8 +236,7 @@ impl DewPoints {
 
 impl Hour {
     fn new(index: usize, record: &Record, quantity: Quantity, sun: SunPosition, dew_point: f64, solar_spectrum: bool) -> Self {
-        let conditions =
-            Conditions { zenith_angle: perez::model_zenith_angle(sun.altitude), day_of_year: record.day_of_year, dew_point };
+        let conditions = Conditions { zenith_angle: perez::model_zenith_angle(sun.altitude), day_of_year: record.day_of_year, dew_point };
         if record.direct + record.diffuse <= DARKNESS {
             let distribution = Distribution { a: 0.0, b: 0.0, c: 0.0, d: 0.0, e: 0.0 };
             return Self { record: index, sun, diffuse: 0.0, direct: 0.0, zenith_angle: conditions.zenith_angle, distribution };

@@ -11,6 +11,9 @@ const SOLAR_CONSTANT_LUX: f64 = 127_500.0;
 /// Lower limits of the eight categories of sky clearness ε (1990, table 1).
 const CLEARNESS_CATEGORIES: [f64; 8] = [1.0, 1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2];
 
+/// Where ε is cut off. It only chooses a category, so that any value in the last one does.
+const MAX_CLEARNESS: f64 = 12.0;
+
 /// x₁…x₄ of a, b, c, d, e for each category (1993, table 1).
 const DISTRIBUTION: [[[f64; 4]; 5]; 8] = [
     [
@@ -138,8 +141,7 @@ pub struct SkyState {
 impl Conditions {
     /// The state of a sky with these irradiances, W/m².
     pub fn from_irradiance(&self, diffuse: f64, direct: f64) -> SkyState {
-        // gendaymtx stops at 11.9 here and at 12 for illuminance.
-        let (clearness, brightness) = self.clearness_and_brightness(diffuse, direct, 11.9);
+        let (clearness, brightness) = self.clearness_and_brightness(diffuse, direct);
         SkyState {
             clearness,
             brightness,
@@ -154,7 +156,7 @@ impl Conditions {
     /// found by iteration: until it changes by less than 10 W/m², five times at most.
     pub fn from_illuminance(&self, diffuse: f64, direct: f64) -> SkyState {
         let mut irradiance = [diffuse, direct].map(|v| v * SOLAR_CONSTANT / SOLAR_CONSTANT_LUX);
-        let (mut clearness, mut brightness) = self.clearness_and_brightness(irradiance[0], irradiance[1], 12.0);
+        let (mut clearness, mut brightness) = self.clearness_and_brightness(irradiance[0], irradiance[1]);
         let mut previous = [0.1; 2];
         for _ in 0..5 {
             if (0..2).all(|i| (irradiance[i] - previous[i]).abs() <= 10.0) {
@@ -164,7 +166,7 @@ impl Conditions {
             irradiance[0] = diffuse / self.diffuse_efficacy(clearness, brightness);
             let efficacy = self.direct_efficacy(clearness, brightness);
             irradiance[1] = if efficacy > 0.1 { direct / efficacy } else { efficacy };
-            (clearness, brightness) = self.clearness_and_brightness(irradiance[0], irradiance[1], 12.0);
+            (clearness, brightness) = self.clearness_and_brightness(irradiance[0], irradiance[1]);
         }
         SkyState {
             clearness,
@@ -177,11 +179,11 @@ impl Conditions {
     }
 
     /// ε (1990, equation 1) and Δ (equation 2), limited to what the tables cover.
-    fn clearness_and_brightness(&self, diffuse: f64, direct: f64, max_clearness: f64) -> (f64, f64) {
+    fn clearness_and_brightness(&self, diffuse: f64, direct: f64) -> (f64, f64) {
         let cubed = 1.041 * self.zenith_angle.powi(3);
         // No diffuse light at all is the clearest sky there is.
         let ratio = if diffuse > 0.0 { (diffuse + direct) / diffuse } else { f64::INFINITY };
-        let clearness = ((ratio + cubed) / (1.0 + cubed)).clamp(1.0, max_clearness);
+        let clearness = ((ratio + cubed) / (1.0 + cubed)).clamp(1.0, MAX_CLEARNESS);
         let brightness = diffuse * self.air_mass() / (SOLAR_CONSTANT * self.eccentricity());
         (clearness, brightness.clamp(0.01, 0.6))
     }
@@ -300,8 +302,7 @@ mod tests {
     #[test]
     fn illuminance_leads_back_to_the_irradiance_it_came_from() {
         for (diffuse, direct, altitude) in [(150.0, 500.0, 36.0), (100.0, 850.0, 49.0), (180.0, 100.0, 26.0), (120.0, 0.0, 27.0)] {
-            let conditions =
-                Conditions { zenith_angle: model_zenith_angle(f64::to_radians(altitude)), day_of_year: 80, dew_point: 11.0 };
+            let conditions = Conditions { zenith_angle: model_zenith_angle(f64::to_radians(altitude)), day_of_year: 80, dew_point: 11.0 };
             let there = conditions.from_irradiance(diffuse, direct);
             let back = conditions.from_illuminance(there.diffuse_illuminance, there.direct_illuminance);
             // The iteration stops within 10 W/m² of itself.
@@ -312,7 +313,7 @@ mod tests {
 
     #[test]
     fn extreme_hours_stay_finite() {
-        for altitude in [-1.5, -0.001, 0.0, 0.001, 1.5, 1.570_796] {
+        for altitude in [-1.5, -0.001, 0.0, 0.001, 1.5, FRAC_PI_2] {
             let conditions = Conditions { zenith_angle: model_zenith_angle(altitude), day_of_year: 366, dew_point: -60.0 };
             for (diffuse, direct) in [(0.0, 1.0), (1500.0, 0.0), (1e-3, 1500.0), (1500.0, 1500.0)] {
                 let lux = 100.0;

@@ -21,7 +21,9 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
     let mut last_line = line;
     let period = loop {
         let Some((line, content)) = lines.next() else {
-            return Err(Error::new("the file ends inside its header").line(last_line).help("an EPW file has a line DATA PERIODS before its records"));
+            return Err(Error::new("the file ends inside its header")
+                .line(last_line)
+                .help("an EPW file has a line DATA PERIODS before its records"));
         };
         last_line = line;
         if content.get(..13).is_some_and(|w| w.eq_ignore_ascii_case("DATA PERIODS,")) {
@@ -38,7 +40,9 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
         let fields: Vec<&str> = content.split(',').collect();
         let wanted = *columns.get_or_insert(fields.len().max(DIFFUSE_HORIZONTAL + 1));
         if fields.len() < wanted {
-            return Err(Error::new(format!("the record has {} fields where {wanted} are expected: it is cut short", fields.len())).line(line));
+            return Err(
+                Error::new(format!("the record has {} fields where {wanted} are expected: it is cut short", fields.len())).line(line)
+            );
         }
         weather.records.push(record(&fields, line, period.per_hour, &mut calendar).map_err(|e| e.line(line))?);
         last_line = line;

@@ -68,9 +68,14 @@ pub(super) fn check_epw(records: &[Record], period: &Period) -> Result<()> {
         return Err(error);
     }
     let missing = |r: &Record, what: &str, date: (u8, u8)| {
-        Error::new(format!("time steps are missing: the records {what} on {}, the header's DATA PERIODS says {}/{}", time(r), date.0, date.1))
-            .line(r.line)
-            .help("get the complete file, or correct its DATA PERIODS if a part of the year is meant")
+        Error::new(format!(
+            "time steps are missing: the records {what} on {}, the header's DATA PERIODS says {}/{}",
+            time(r),
+            date.0,
+            date.1
+        ))
+        .line(r.line)
+        .help("get the complete file, or correct its DATA PERIODS if a part of the year is meant")
     };
     if (first.month, first.day) != first_date || !starts_its_day(first, step) {
         return Err(missing(first, "begin", first_date));

@@ -2,7 +2,8 @@
 
 use super::*;
 
-const WEA_HEADER: &str = "place Testville_XYZ\nlatitude 40.78\nlongitude 73.97\ntime_zone 75.0\nsite_elevation 57.0\nweather_data_file_units 1\n";
+const WEA_HEADER: &str =
+    "place Testville_XYZ\nlatitude 40.78\nlongitude 73.97\ntime_zone 75.0\nsite_elevation 57.0\nweather_data_file_units 1\n";
 
 fn wea(records: &str) -> String {
     format!("{WEA_HEADER}{records}")
@@ -230,7 +231,8 @@ fn wrong_signs_are_suspected() {
     let text = warning(&night);
     assert!(text.contains("7: direct sun while the sun is below the horizon (6/21 0.50 h, and 1 more like it)"), "{text}");
     // The date line is not a mistake.
-    let kiribati = wea(noon).replace("longitude 73.97", "longitude 157.4").replace("time_zone 75.0", "time_zone -210").replace("40.78", "1.9");
+    let kiribati =
+        wea(noon).replace("longitude 73.97", "longitude 157.4").replace("time_zone 75.0", "time_zone -210").replace("40.78", "1.9");
     assert!(warning(&kiribati).is_empty(), "{}", warning(&kiribati));
 }
 

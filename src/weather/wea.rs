@@ -42,7 +42,9 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
     }
     let get = |key: &str| {
         let index = KEYS.iter().position(|k| *k == key).expect("a key of the table");
-        values[index].ok_or_else(|| Error::new(format!("the header has no '{key}'")).line(last_line + 1).help(format!("a WEA file begins with {}", KEYS.join(", "))))
+        values[index].ok_or_else(|| {
+            Error::new(format!("the header has no '{key}'")).line(last_line + 1).help(format!("a WEA file begins with {}", KEYS.join(", ")))
+        })
     };
     let quantity = match get("weather_data_file_units")? {
         1.0 => Quantity::NormalIrradiance,
