@@ -1,7 +1,8 @@
-// Direct view matrix: what a sensor receives straight from the windows.
+// Direct view matrix: which part of each bin of the windows a sensor sees.
 //
-// Windows are sampled uniformly in solid angle from the sensor. Each sample adds its cosine and
-// solid angle to the bin of its direction.
+// Windows are sampled uniformly in solid angle from the sensor. Each sample adds its cosine times
+// solid angle to its bin twice: what arrives of it (rgb), and as if nothing were in the way. The
+// host multiplies their ratio by the exact unobstructed value.
 
 import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
@@ -23,11 +24,8 @@ struct DirectParams {
 
 @group(0) @binding(6) var<uniform> params: DirectParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
-// [batch][sensor][bin][rgb], fixed point, in parts of the windows' solid angle.
+// [batch][sensor][bin][rgb and unobstructed], fixed point.
 @group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
-
-// Solid angle of all windows from each sensor, sr.
-@group(0) @binding(9) var<storage, read_write> solid_angles: array<f32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -41,17 +39,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let seed = hash_combine(hash_combine(params.seed, batch), params.first_sensor + sensor_index);
     let to_window = sample_windows(sensor.position, params.window_count, sample_pair(index, 0u, seed));
     let cosine = dot(to_window.direction, sensor.normal);
-    if index == 0u && batch == 0u {
-        solid_angles[sensor_index] = to_window.total;
-    }
     if to_window.weight > 0.0 && cosine > 0.0 {
         let passed = straight_transmittance(sensor.position, to_window.direction, to_window.distance * 0.99999);
-        let value = passed * (cosine * (to_window.weight / to_window.total) * params.unit) + 0.5;
+        let share = cosine * (to_window.weight / to_window.total) * params.unit;
+        let value = passed * share + 0.5;
         let bin = window_bin(windows[to_window.window], -to_window.direction);
-        let cell = ((batch * params.sensors + sensor_index) * params.bins + bin) * 3u;
+        let cell = ((batch * params.sensors + sensor_index) * params.bins + bin) * 4u;
         atomicAdd(&sums[cell], u32(value.x));
         atomicAdd(&sums[cell + 1u], u32(value.y));
         atomicAdd(&sums[cell + 2u], u32(value.z));
+        atomicAdd(&sums[cell + 3u], u32(share + 0.5));
     }
     count_finished(true);
 }

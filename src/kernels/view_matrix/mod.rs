@@ -6,7 +6,7 @@
 //!
 //! | part | estimator | shader |
 //! |---|---|---|
-//! | straight from the window | windows sampled in solid angle from the sensor | `view_direct` |
+//! | straight from the window | quadrature, times the visible share found by rays | `view_direct` |
 //! | reflected in the room | light paths from each bin, whose diffuse vertices serve *all* sensors (instant radiosity) | `light_paths`, `view_gather` |
 //! | what the second part must leave out: very short connections, mirrors seen by the sensor | paths from the sensor | `view_near` |
 //!
@@ -14,6 +14,7 @@
 
 #[cfg(test)]
 mod tests;
+mod unobstructed;
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel, Plan};
@@ -23,6 +24,7 @@ use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
 use crate::scene::{Scene, Window};
+use rayon::prelude::*;
 
 gpu_struct! {
     /// Parameters of `trace/light_paths`.
@@ -234,7 +236,7 @@ pub fn compute(
         return Err(Error::new("at least two batches are needed for a standard error"));
     }
     let tables = TraceTables::new(scene, windows, WindowSurfaces::Absorb)?;
-    let tracer = ViewTracer::new(device, tables, options)?;
+    let tracer = ViewTracer::new(device, windows, tables, options)?;
     let bins = tracer.tables.bins();
     let (rows, batches) = (sensors.len(), options.batches as usize);
     let mut result = TracedMatrix {
@@ -262,6 +264,7 @@ pub fn compute(
 struct ViewTracer<'d> {
     device: &'d Device,
     tables: TraceTables,
+    windows: &'d [Window],
     scene: TraceScene,
     options: ViewOptions,
     light_paths: Kernel,
@@ -272,11 +275,12 @@ struct ViewTracer<'d> {
 }
 
 impl<'d> ViewTracer<'d> {
-    fn new(device: &'d Device, tables: TraceTables, options: &ViewOptions) -> Result<Self> {
+    fn new(device: &'d Device, windows: &'d [Window], tables: TraceTables, options: &ViewOptions) -> Result<Self> {
         let scene = tables.upload(device)?;
         let glass = [("HAS_GLASS", f64::from(u8::from(tables.features.glass)))];
         Ok(Self {
             device,
+            windows,
             scene,
             options: *options,
             light_paths: Kernel::new(device, "trace/light_paths", &[], &glass)?,
@@ -310,7 +314,7 @@ impl<'d> ViewTracer<'d> {
         let batches = self.options.batches as usize;
         let cells = batches * records.len() * bins * 3;
         stage(0.0)?;
-        let (direct, solid_angles) = self.direct_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics)?;
+        let direct = self.direct_part(&sensors_buffer, sensors, first, &mut result.statistics)?;
         stage(0.1)?;
         let reflected = self.options.bounces.is_none_or(|b| b > 1);
         let (gathered, near) = if reflected || self.tables.features.specular {
@@ -329,7 +333,7 @@ impl<'d> ViewTracer<'d> {
                     let mut straight = 0.0;
                     for (batch, value) in values.iter_mut().enumerate() {
                         let cell = ((batch * records.len() + sensor) * bins + bin) * 3 + c;
-                        let seen = f64::from(direct[cell]) / f64::from(DIRECT_CAPACITY) * f64::from(solid_angles[sensor]);
+                        let seen = direct[cell];
                         straight += seen;
                         *value = seen;
                         if let Some(near) = &near {
@@ -350,22 +354,62 @@ impl<'d> ViewTracer<'d> {
         Ok(())
     }
 
-    fn direct_part(&self, sensors: &Buffer, count: usize, first: usize, cells: usize, statistics: &mut TraceStatistics) -> Result<(Vec<u32>, Vec<f32>)> {
+    /// The straight part per batch, `[batch][sensor][bin][rgb]`: exact unobstructed values times the
+    /// visible share.
+    fn direct_part(&self, buffer: &Buffer, sensors: &[Sensor], first: usize, statistics: &mut TraceStatistics) -> Result<Vec<f64>> {
         let o = &self.options;
+        let bins = self.tables.bins();
         let params = DirectParams {
             seed: o.seed,
-            sensors: count as u32,
+            sensors: sensors.len() as u32,
             samples: o.direct_samples,
-            bins: self.tables.bins() as u32,
+            bins: bins as u32,
             window_count: self.tables.windows.len() as u32,
             unit: DIRECT_CAPACITY / o.direct_samples as f32,
             batches: o.batches,
             first_sensor: first as u32,
         };
-        let solid_angles = self.device.zeros::<f32>("solid angles of the windows", count)?;
-        let own = [("solid_angles", &solid_angles)];
-        let sums = self.sampled_part(&self.direct, &params, "direct view matrix", sensors, count, o.direct_samples, cells, &own, statistics)?;
-        Ok((sums, self.device.read_finite(&solid_angles)?))
+        let batches = o.batches as usize;
+        let cells = batches * sensors.len() * bins * 4;
+        let sums = self.sampled_part(&self.direct, &params, "direct view matrix", buffer, sensors.len(), o.direct_samples, cells, statistics)?;
+        let exact: Vec<Vec<f64>> = sensors.par_iter().map(|s| self.unobstructed_row(s)).collect();
+        let mut direct = vec![0.0; batches * sensors.len() * bins * 3];
+        let all_batches = |sensor: usize, bin: usize, c: usize| -> f64 {
+            (0..batches).map(|b| f64::from(sums[((b * sensors.len() + sensor) * bins + bin) * 4 + c])).sum()
+        };
+        for sensor in 0..sensors.len() {
+            for bin in 0..bins {
+                let value = exact[sensor][bin];
+                if value <= 0.0 {
+                    continue;
+                }
+                for batch in 0..batches {
+                    let row = batch * sensors.len() + sensor;
+                    let cell = &sums[(row * bins + bin) * 4..][..4];
+                    for c in 0..3 {
+                        // Bins too small for a batch to meet take the share of all batches; those
+                        // that no sample met are smaller than any error.
+                        let share = match (cell[3], all_batches(sensor, bin, 3)) {
+                            (0, 0.0) => 1.0,
+                            (0, all) => all_batches(sensor, bin, c) / all,
+                            (of, _) => f64::from(cell[c]) / f64::from(of),
+                        };
+                        direct[(row * bins + bin) * 3 + c] = value * share.min(1.0);
+                    }
+                }
+            }
+        }
+        Ok(direct)
+    }
+
+    fn unobstructed_row(&self, sensor: &Sensor) -> Vec<f64> {
+        let mut row = vec![0.0; self.tables.bins()];
+        let normal = sensor.direction.normalize();
+        for (window, record) in self.windows.iter().zip(&self.tables.windows) {
+            let bins = record.first_bin as usize..(record.first_bin + record.bins) as usize;
+            unobstructed::add_unobstructed_row(window, sensor.position, normal, &mut row[bins]);
+        }
+        row
     }
 
     fn near_part(&self, sensors: &Buffer, count: usize, first: usize, cells: usize, statistics: &mut TraceStatistics) -> Result<Vec<u32>> {
@@ -384,7 +428,7 @@ impl<'d> ViewTracer<'d> {
             first_sensor: first as u32,
             padding: 0,
         };
-        self.sampled_part(&self.near, &params, "short connections of the view matrix", sensors, count, o.near_samples, cells, &[], statistics)
+        self.sampled_part(&self.near, &params, "short connections of the view matrix", sensors, count, o.near_samples, cells, statistics)
     }
 
     /// Runs a kernel of one invocation per sample, sensor and batch, and reads its fixed-point sums.
@@ -398,15 +442,13 @@ impl<'d> ViewTracer<'d> {
         count: usize,
         samples: u32,
         cells: usize,
-        own: &[(&str, &Buffer)],
         statistics: &mut TraceStatistics,
     ) -> Result<Vec<u32>> {
         let params = self.device.uniform(what, params)?;
         let sums = self.device.zeros::<u32>(what, cells)?;
         self.device.write(&self.counters, &[Counters::default()])?;
-        let mut all = vec![("params", &params), ("sensors", sensors), ("sums", &sums), ("counters", &self.counters)];
-        all.extend_from_slice(own);
-        let bind = kernel.bind(&self.scene.bindings(&all))?;
+        let own = [("params", &params), ("sensors", sensors), ("sums", &sums), ("counters", &self.counters)];
+        let bind = kernel.bind(&self.scene.bindings(&own))?;
         self.device.dispatch(kernel, &bind, [samples.div_ceil(64), count as u32, self.options.batches])?;
         let started = u64::from(samples) * count as u64 * u64::from(self.options.batches);
         self.finish_dispatch(started, what, statistics)?;
