@@ -1,60 +1,113 @@
 // View matrix, second half: virtual lights of each bin connected to each sensor.
 //
-// One invocation sums a run of lights of one bin and batch for one sensor, in a fixed order.
+// One invocation sums the lights of one bin and batch for one sensor. What all of them would give
+// with nothing in the way is summed exactly; rays go only to a few of them, drawn systematically in
+// proportion to what they would give, and find the part that arrives. Where nothing is in the way
+// the rays add no noise at all.
+//
 // Connections shorter than `near_radius` are weighted down to 1/near_radius²; `view_near` adds what
 // they lack (Kollig and Keller 2004), so the sum is unbiased and bounded.
 
 import package::shared::receiver::{Receiver, VirtualLight};
+import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
 
 struct GatherParams {
+    seed: u32,
     sensors: u32,
     bins: u32,
-    // Lights per bin and batch, and the run that is summed now.
+    // Lights per bin and batch.
     lights: u32,
-    first_light: u32,
-    light_count: u32,
     batches: u32,
     near_radius: f32,
+    // Number of the first sensor among all.
+    first_sensor: u32,
     padding: u32,
 }
 
+// Rays per sensor, bin and batch.
+override RAYS: u32 = 8u;
+const MOST_RAYS: u32 = 32u;
+
 @group(0) @binding(6) var<uniform> params: GatherParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
+// [batch][bin][path]
 @group(0) @binding(8) var<storage, read> lights: array<VirtualLight>;
 // [batch][bin][sensor][rgb], sr before division by the number of paths.
 @group(0) @binding(9) var<storage, read_write> sums: array<f32>;
 
+// Geometric factor of a connection with nothing in the way, 1/area.
+fn connection(sensor: Receiver, light: u32) -> f32 {
+    let to_light = lights[light].position - sensor.position;
+    let cos_sensor = dot(to_light, sensor.normal);
+    let cos_light = -dot(to_light, lights[light].normal);
+    let distance2 = dot(to_light, to_light);
+    let near2 = params.near_radius * params.near_radius;
+    return max(cos_sensor, 0.0) * max(cos_light, 0.0) / (distance2 * max(distance2, near2));
+}
+
+fn strength(light: u32) -> f32 {
+    let flux = lights[light].flux;
+    return flux.x + flux.y + flux.z;
+}
+
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let sensor_index = id.x;
-    let bin = id.y;
-    let batch = id.z;
+    let bin = group.y;
+    let batch = group.z;
     if sensor_index >= params.sensors || bin >= params.bins || batch >= params.batches {
         return;
     }
     let sensor = sensors[sensor_index];
-    let first = (batch * params.bins + bin) * params.lights + params.first_light;
-    let near2 = params.near_radius * params.near_radius;
-    var sum = vec3<f32>(0.0);
-    var i = 0u;
-    for (; i < params.light_count; i++) {
-        let light = lights[first + i];
-        let to_light = light.position - sensor.position;
-        let distance2 = dot(to_light, to_light);
-        let cos_sensor = dot(to_light, sensor.normal);
-        let cos_light = -dot(to_light, light.normal);
-        if cos_sensor > 0.0 && cos_light > 0.0 && light.flux.x + light.flux.y + light.flux.z > 0.0 {
-            let distance = sqrt(distance2);
-            let passed = straight_transmittance(sensor.position, to_light / distance, distance * 0.999999);
-            sum += passed * light.flux * (cos_sensor * cos_light / (distance2 * max(distance2, near2)));
+    let first = (batch * params.bins + bin) * params.lights;
+    var unobstructed = 0.0;
+    for (var i = 0u; i < params.lights; i++) {
+        unobstructed += strength(first + i) * connection(sensor, first + i);
+    }
+    if !(unobstructed > 0.0) {
+        count_finished(true);
+        return;
+    }
+    // Systematic sampling in proportion to the connections.
+    let step = unobstructed / f32(RAYS);
+    let seed = hash_combine(hash_combine(hash_combine(params.seed, batch), bin), params.first_sensor + sensor_index);
+    var threshold = step * unit_f32(seed);
+    var chosen: array<u32, MOST_RAYS>;
+    var found = 0u;
+    var sum = 0.0;
+    var last = first;
+    for (var i = 0u; i < params.lights; i++) {
+        let value = strength(first + i) * connection(sensor, first + i);
+        sum += value;
+        if value > 0.0 {
+            last = first + i;
+        }
+        while sum > threshold && found < RAYS {
+            chosen[found] = first + i;
+            found += 1u;
+            threshold += step;
         }
     }
+    // Rounding may leave the last threshold just above the sum.
+    while found < RAYS {
+        chosen[found] = last;
+        found += 1u;
+    }
+    var arrived = vec3<f32>(0.0);
+    var ray = 0u;
+    for (; ray < RAYS; ray++) {
+        let light = lights[chosen[ray]];
+        let to_light = light.position - sensor.position;
+        let distance = length(to_light);
+        let passed = straight_transmittance(sensor.position, to_light / distance, distance * 0.999999);
+        arrived += passed * light.flux / strength(chosen[ray]);
+    }
     let cell = ((batch * params.bins + bin) * params.sensors + sensor_index) * 3u;
-    let total = sum * 0.3183098861837907;
+    let total = arrived * (step * 0.3183098861837907);
     sums[cell] += total.x;
     sums[cell + 1u] += total.y;
     sums[cell + 2u] += total.z;
-    count_finished(i == params.light_count);
+    count_finished(ray == RAYS);
 }

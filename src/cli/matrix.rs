@@ -95,6 +95,10 @@ struct ViewArgs {
     #[arg(short = 'c', value_name = "N", default_value_t = ViewOptions::default().light_paths)]
     light_paths: u32,
 
+    /// Rays from each sensor to the light paths' vertices, per bin, reflection and batch
+    #[arg(long, value_name = "N", default_value_t = ViewOptions::default().visibility_rays)]
+    visibility_rays: u32,
+
     /// Samples of the windows per sensor and batch
     #[arg(long, value_name = "N", default_value_t = ViewOptions::default().direct_samples)]
     direct_samples: u32,
@@ -137,6 +141,7 @@ fn view(args: &ViewArgs, warnings: &mut Warnings) -> Result<()> {
     let options = ViewOptions {
         bounces: common.bounces,
         light_paths: args.light_paths,
+        visibility_rays: args.visibility_rays,
         direct_samples: args.direct_samples,
         near_samples: args.near_samples,
         batches: common.batches,

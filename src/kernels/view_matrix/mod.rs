@@ -19,7 +19,7 @@ mod unobstructed;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel, Plan};
 use crate::gpu_struct;
-use crate::kernels::trace::{Counters, TraceScene, TraceTables, WindowSurfaces, check_finished};
+use crate::kernels::trace::{Counters, TraceScene, TraceTables, WindowSurfaces, check_finished, stream_seed};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
@@ -67,13 +67,13 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `trace/view_gather`.
     pub(crate) struct GatherParams {
+        seed: u32,
         sensors: u32,
         bins: u32,
         lights: u32,
-        first_light: u32,
-        light_count: u32,
         batches: u32,
         near_radius: f32,
+        first_sensor: u32,
         padding: u32,
     }
 }
@@ -128,6 +128,8 @@ pub struct ViewOptions {
     pub bounces: Option<u32>,
     /// Light paths per bin.
     pub light_paths: u32,
+    /// Rays from a sensor to the light paths' vertices, per bin and reflection; at most 32.
+    pub visibility_rays: u32,
     /// Samples of the windows per sensor.
     pub direct_samples: u32,
     /// Paths per sensor for short connections and mirrors.
@@ -148,7 +150,8 @@ impl Default for ViewOptions {
     fn default() -> Self {
         Self {
             bounces: None,
-            light_paths: 64,
+            light_paths: 256,
+            visibility_rays: 8,
             direct_samples: 512,
             near_samples: 128,
             batches: 8,
@@ -190,8 +193,10 @@ const NEAR_BOUND: f64 = 64.0;
 /// Rounds of light paths after which an untruncated computation stops; roulette ends paths long
 /// before.
 const MOST_VERTICES: u32 = 256;
-/// Virtual lights that one invocation of `view_gather` sums: bounds its loops.
-const LIGHTS_PER_DISPATCH: u32 = 64;
+/// `MOST_RAYS` of `view_gather`.
+const MOST_VISIBILITY_RAYS: u32 = 32;
+/// Bounds the loops of `view_gather`.
+const MOST_LIGHT_PATHS: u32 = 1 << 13;
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<crate::gpu::Registered> {
@@ -234,6 +239,10 @@ pub fn compute(
     }
     if options.batches < 2 {
         return Err(Error::new("at least two batches are needed for a standard error"));
+    }
+    if !(1..=MOST_VISIBILITY_RAYS).contains(&options.visibility_rays) || !(1..=MOST_LIGHT_PATHS).contains(&options.light_paths) {
+        return Err(Error::new(format!("{} light paths and {} visibility rays per batch are outside what is possible", options.light_paths, options.visibility_rays))
+            .help(format!("light paths 1 to {MOST_LIGHT_PATHS}, visibility rays 1 to {MOST_VISIBILITY_RAYS}; use more batches for more samples")));
     }
     let tables = TraceTables::new(scene, windows, WindowSurfaces::Absorb)?;
     let tracer = ViewTracer::new(device, windows, tables, options)?;
@@ -284,7 +293,7 @@ impl<'d> ViewTracer<'d> {
             scene,
             options: *options,
             light_paths: Kernel::new(device, "trace/light_paths", &[], &glass)?,
-            gather: Kernel::new(device, "trace/view_gather", &[], &glass)?,
+            gather: Kernel::new(device, "trace/view_gather", &[], &[glass[0], ("RAYS", f64::from(options.visibility_rays))])?,
             direct: Kernel::new(device, "trace/view_direct", &[], &glass)?,
             near: Kernel::new(device, "trace/view_near", &[], &glass)?,
             counters: device.zeros::<Counters>("path counters", 1)?,
@@ -320,7 +329,7 @@ impl<'d> ViewTracer<'d> {
         let (gathered, near) = if reflected || self.tables.features.specular {
             let near = self.near_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics)?;
             stage(0.2)?;
-            let gathered = if reflected { Some(self.gathered_part(&sensors_buffer, records.len(), cells, &mut result.statistics, stage)?) } else { None };
+            let gathered = if reflected { Some(self.gathered_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics, stage)?) } else { None };
             (gathered, Some(near))
         } else {
             (None, None)
@@ -459,6 +468,7 @@ impl<'d> ViewTracer<'d> {
         &self,
         sensors: &Buffer,
         count: usize,
+        first: usize,
         cells: usize,
         statistics: &mut TraceStatistics,
         stage: &dyn Fn(f64) -> Result<()>,
@@ -491,30 +501,29 @@ impl<'d> ViewTracer<'d> {
             ]))?;
             self.device.dispatch(&self.light_paths, &bind, [o.light_paths.div_ceil(64), bins, o.batches])?;
             let alive = self.finish_dispatch(total_paths as u64, "light paths", statistics)?.alive;
-            for first_light in (0..o.light_paths).step_by(LIGHTS_PER_DISPATCH as usize) {
-                let params = GatherParams {
-                    sensors: count as u32,
-                    bins,
-                    lights: o.light_paths,
-                    first_light,
-                    light_count: LIGHTS_PER_DISPATCH.min(o.light_paths - first_light),
-                    batches: o.batches,
-                    near_radius: o.near_radius,
-                    padding: 0,
-                };
-                let params = self.device.uniform("gathering parameters", &params)?;
-                self.device.write(&self.counters, &[Counters::default()])?;
-                let bind = self.gather.bind(&self.scene.bindings(&[
-                    ("params", &params),
-                    ("sensors", sensors),
-                    ("lights", &lights),
-                    ("sums", &sums),
-                    ("counters", &self.counters),
-                ]))?;
-                self.device.dispatch(&self.gather, &bind, [(count as u32).div_ceil(64), bins, o.batches])?;
-                self.finish_dispatch(count as u64 * u64::from(bins * o.batches), "gathering", statistics)?;
-                statistics.segments += count as u64 * total_paths as u64 * u64::from(LIGHTS_PER_DISPATCH) / u64::from(o.light_paths);
-            }
+            let params = GatherParams {
+                seed: stream_seed(o.seed, vertex, 0x6761_7468),
+                sensors: count as u32,
+                bins,
+                lights: o.light_paths,
+                batches: o.batches,
+                near_radius: o.near_radius,
+                first_sensor: first as u32,
+                padding: 0,
+            };
+            let params = self.device.uniform("gathering parameters", &params)?;
+            self.device.write(&self.counters, &[Counters::default()])?;
+            let bind = self.gather.bind(&self.scene.bindings(&[
+                ("params", &params),
+                ("sensors", sensors),
+                ("lights", &lights),
+                ("sums", &sums),
+                ("counters", &self.counters),
+            ]))?;
+            self.device.dispatch(&self.gather, &bind, [(count as u32).div_ceil(64), bins, o.batches])?;
+            let runs = count as u64 * u64::from(bins * o.batches);
+            self.finish_dispatch(runs, "gathering", statistics)?;
+            statistics.segments += runs * u64::from(o.visibility_rays);
             // The first vertices carry most of the light and most of the work.
             stage(0.2 + 0.8 * (1.0 - 0.5f64.powi(vertex as i32 + 1)))?;
             if alive == 0 {
