@@ -6,6 +6,7 @@ mod devices;
 mod matrix;
 mod multiply;
 mod progress;
+mod run;
 mod sky;
 
 use clap::{Parser, Subcommand};
@@ -32,6 +33,8 @@ enum Verb {
     Multiply(multiply::Args),
     /// GPU devices of this machine, the preferred one first.
     Devices(devices::Args),
+    /// A whole project: a year of illuminance from a project.toml.
+    Run(run::Args),
 }
 
 pub fn main() -> ExitCode {
@@ -43,6 +46,7 @@ pub fn main() -> ExitCode {
         Verb::Matrix(args) => matrix::run(args, &mut warnings),
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
+        Verb::Run(args) => run::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),
     };
     for warning in warnings.iter() {
@@ -52,7 +56,7 @@ pub fn main() -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             eprintln!("lucarne: error: {error}");
-            ExitCode::FAILURE
+            progress::failure()
         }
     }
 }

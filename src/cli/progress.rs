@@ -1,28 +1,64 @@
-//! Progress on standard error: one line that changes on a terminal, a line every few seconds
-//! elsewhere.
+//! Progress on standard error, and Ctrl-C.
 
 use lucarne::progress::Progress;
 use std::io::{IsTerminal, Write};
+use std::process::ExitCode;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Shows stage, percentage and time left.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Shows the stage, its percentage and the time left: one line that is rewritten on a terminal, a
+/// new line every few seconds elsewhere. Ctrl-C asks the work to stop at its next safe point; a
+/// second Ctrl-C ends the program at once.
 pub struct Terminal {
-    interactive: bool,
     state: Mutex<State>,
+    terminal: bool,
 }
 
 struct State {
     stage: String,
-    started: Instant,
+    stage_start: Instant,
     shown: Option<Instant>,
+    line_open: bool,
+}
+
+/// Exit code of a program ended by Ctrl-C (128 + SIGINT), as shells expect it.
+const STOPPED: u8 = 130;
+
+/// The exit code of a verb that failed: special where Ctrl-C was the reason.
+pub fn failure() -> ExitCode {
+    if STOP.load(Ordering::SeqCst) { ExitCode::from(STOPPED) } else { ExitCode::FAILURE }
 }
 
 impl Terminal {
-    /// Progress on this process's standard error.
+    /// Takes over Ctrl-C. Without a handler (where the system refuses one) Ctrl-C just ends the
+    /// program; files are written whole or not at all in either case.
     pub fn new() -> Self {
-        let state = State { stage: String::new(), started: Instant::now(), shown: None };
-        Self { interactive: std::io::stderr().is_terminal(), state: Mutex::new(state) }
+        let _ = ctrlc::set_handler(|| {
+            if STOP.swap(true, Ordering::SeqCst) {
+                std::process::exit(i32::from(STOPPED));
+            }
+            eprintln!("\nlucarne: stopping; press Ctrl-C again to end at once");
+        });
+        let state = State { stage: String::new(), stage_start: Instant::now(), shown: None, line_open: false };
+        Self { state: Mutex::new(state), terminal: std::io::stderr().is_terminal() }
+    }
+
+    /// Ends the rewritten line, so that what follows starts on its own.
+    pub fn finish(&self) {
+        let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if state.line_open {
+            eprint!("\r\x1b[K");
+            state.line_open = false;
+        }
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        self.finish();
     }
 }
 
@@ -30,23 +66,59 @@ impl Progress for Terminal {
     fn update(&self, stage: &str, fraction: f64) {
         let Ok(mut state) = self.state.lock() else { return };
         let now = Instant::now();
-        if state.stage != stage {
-            *state = State { stage: stage.to_string(), started: now, shown: None };
+        let new_stage = state.stage != stage;
+        if new_stage {
+            state.stage = stage.to_string();
+            state.stage_start = now;
         }
-        let pause = if self.interactive { Duration::from_millis(200) } else { Duration::from_secs(5) };
-        let due = state.shown.unwrap_or(state.started) + pause <= now;
-        let finished = fraction >= 1.0 && state.shown.is_some();
-        if !due && !finished {
+        let pause = if self.terminal { Duration::from_millis(100) } else { Duration::from_secs(5) };
+        let due = state.shown.is_none_or(|t| now - t >= pause);
+        if !(due || new_stage && self.terminal) {
             return;
         }
         state.shown = Some(now);
-        let spent = now.duration_since(state.started).as_secs_f64();
-        let left = if fraction > 0.0 { format!(", {:.0} s left", spent * (1.0 - fraction) / fraction) } else { String::new() };
-        let end = if self.interactive && !finished { "\r" } else { "\n" };
-        let start = if self.interactive { "\x1b[2K" } else { "" };
-        let mut out = std::io::stderr().lock();
-        // Progress that cannot be shown is no reason to stop the work.
-        let _ = write!(out, "{start}{stage}: {:.0} %{left}{end}", fraction * 100.0);
-        let _ = out.flush();
+        let left = time_left(now - state.stage_start, fraction).map(|t| format!(", {t} left")).unwrap_or_default();
+        let text = format!("{stage} {:3.0} %{left}", 100.0 * fraction.clamp(0.0, 1.0));
+        if self.terminal {
+            eprint!("\r\x1b[K{text}");
+            let _ = std::io::stderr().flush();
+            state.line_open = true;
+        } else {
+            eprintln!("{text}");
+        }
+    }
+
+    fn stop_requested(&self) -> bool {
+        STOP.load(Ordering::SeqCst)
+    }
+}
+
+/// The rest of a stage if it goes on as it began; nothing while that is guesswork.
+fn time_left(elapsed: Duration, fraction: f64) -> Option<String> {
+    if fraction.is_nan() || fraction < 0.02 || fraction >= 1.0 || elapsed < Duration::from_secs(1) {
+        return None;
+    }
+    let seconds = (elapsed.as_secs_f64() * (1.0 - fraction) / fraction).ceil() as u64;
+    Some(match seconds {
+        0..=99 => format!("{seconds} s"),
+        100..=5999 => format!("{} min", seconds.div_ceil(60)),
+        _ => format!("{} h {} min", seconds / 3600, seconds % 3600 / 60),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_left_is_told_once_it_can_be_known() {
+        let s = Duration::from_secs;
+        assert_eq!(time_left(s(10), 0.5).as_deref(), Some("10 s"));
+        assert_eq!(time_left(s(10), 0.04).as_deref(), Some("4 min"));
+        assert_eq!(time_left(s(1000), 0.1).as_deref(), Some("2 h 30 min"));
+        assert_eq!(time_left(s(10), 0.0), None);
+        assert_eq!(time_left(s(10), f64::NAN), None);
+        assert_eq!(time_left(s(0), 0.5), None);
+        assert_eq!(time_left(s(10), 1.0), None);
     }
 }

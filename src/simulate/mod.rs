@@ -1,6 +1,17 @@
 //! From a project to its results: what the command line and the viewer both call.
 
+mod fingerprint;
+pub mod inputs;
+mod presets;
 pub mod project;
+mod results;
+mod run;
+mod store;
+mod summary;
 mod table;
 
+pub use inputs::Inputs;
 pub use project::Project;
+pub use results::EstimatedError;
+pub use run::run;
+pub use summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary};

@@ -120,7 +120,7 @@ pub struct QualitySection {
     /// Preset.
     pub preset: Preset,
     /// Seed of all random numbers: the same seed on the same device gives the same bits.
-    pub seed: u64,
+    pub seed: u32,
 }
 
 impl Project {
@@ -136,6 +136,11 @@ impl Project {
             Error::new("this is not text in UTF-8").file(file).line(line).help("a project file is a text file in TOML")
         })?;
         Self::parse(file, &text)
+    }
+
+    /// The folder its paths are relative to.
+    pub fn folder(&self) -> &Path {
+        self.file.parent().unwrap_or(Path::new(""))
     }
 
     fn parse(file: &Path, text: &str) -> Result<Self> {
@@ -244,7 +249,7 @@ impl QualitySection {
         let mut quality = Self { preset: Preset::Standard, seed: 1 };
         let Some(mut table) = table else { return Ok(quality) };
         quality.preset = table.choice("preset", &Preset::NAMES)?.unwrap_or(quality.preset);
-        quality.seed = table.integer("seed", 0..=u64::MAX)?.unwrap_or(quality.seed);
+        quality.seed = table.integer("seed", 0..=u64::from(u32::MAX))?.map_or(quality.seed, |s| s as u32);
         table.finish()?;
         Ok(quality)
     }

@@ -165,10 +165,11 @@ impl<'d, 'a> Table<'d, 'a> {
         };
         match value.filter(|v| limits.contains(v)) {
             Some(v) => Ok(Some(v)),
-            None => Err(self.error(key, "this number is out of range").help(match *limits.end() {
-                u64::MAX => format!("choose a whole number from {} on", limits.start()),
-                end => format!("choose a whole number from {} to {end}", limits.start()),
-            })),
+            None => Err(self.error(key, "this number is out of range").help(format!(
+                "choose a whole number from {} to {}",
+                limits.start(),
+                limits.end()
+            ))),
         }
     }
 

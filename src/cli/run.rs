@@ -1,0 +1,51 @@
+//! `lucarne run`: a whole project.
+
+use super::progress::Terminal;
+use lucarne::gpu::Device;
+use lucarne::simulate::{Inputs, Project, Summary, run as simulate};
+use lucarne::{Result, Warnings};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Computes a year of illuminance for the project in a project.toml.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Project file
+    project: PathBuf,
+
+    /// Folder for the results; matrices already there are used again if their inputs are the same
+    #[arg(short = 'o', value_name = "FOLDER", default_value = "out")]
+    output: PathBuf,
+
+    /// Device: a number of `lucarne devices`, or part of a name (default: LUCARNE_DEVICE, else the best)
+    #[arg(long, value_name = "DEVICE")]
+    device: Option<String>,
+}
+
+pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
+    // All files first: a slip in one of them should not wait for a device.
+    let project = Project::read(&args.project)?;
+    let inputs = Inputs::read(&project, warnings)?;
+    let device = Device::open(args.device.as_deref())?;
+    let terminal = Terminal::new();
+    let summary = simulate(&device, &project, &inputs, &args.output, &terminal, warnings)?;
+    terminal.finish();
+    report(&args, &summary);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn report(args: &Args, summary: &Summary) {
+    for sensors in &summary.sensors {
+        let file = args.output.join("illuminance").join(format!("{}.mtx", sensors.name));
+        println!("{}: {} sensors, {} hours, mean {:.0} lx", file.display(), sensors.count, summary.hours, sensors.mean_illuminance_lx);
+    }
+    if let Some(e) = summary.estimated_error {
+        println!(
+            "standard error: {:.2} % of a sensor's year, {:.2} % of a single hour (medians)",
+            100.0 * e.annual_median,
+            100.0 * e.hourly_median
+        );
+    }
+    let rate = summary.rays_per_second.map(|r| format!(", {:.1} million rays/s", r / 1e6)).unwrap_or_default();
+    println!("{:.1} s on {}{rate}", summary.seconds.total, summary.device.name);
+}

@@ -1,0 +1,132 @@
+//! Everything a project names, read and checked against each other before any computing.
+
+use super::project::{Project, SensorsSection, WindowSection};
+use crate::bsdf;
+use crate::error::{Error, Result, Warnings};
+use crate::matrix::Matrix;
+use crate::scene::points::{Sensor, read_points};
+use crate::scene::{Scene, Window, rad};
+use crate::weather::Weather;
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+/// The contents of all files of a project.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// Hours and their sun and sky.
+    pub weather: Weather,
+    /// The room and its surroundings.
+    pub scene: Scene,
+    /// All windows; the polygons of one `[[window]]` may make several (one per modifier).
+    pub windows: Vec<ProjectWindow>,
+    /// One per `[[sensors]]`.
+    pub sensors: Vec<SensorGroup>,
+}
+
+/// A window with its transmission.
+#[derive(Debug, Clone)]
+pub struct ProjectWindow {
+    /// Name in results: the section's, with the modifier's where the section has several.
+    pub name: String,
+    /// Geometry and basis.
+    pub window: Window,
+    /// T `[outgoing bin][incident bin]`, RGB; includes the projected solid angle of the incident
+    /// bin (as dctimestep applies it).
+    pub transmission: Matrix<f64>,
+}
+
+/// A group of sensors.
+#[derive(Debug, Clone)]
+pub struct SensorGroup {
+    /// Name of its result files.
+    pub name: String,
+    /// File, for messages.
+    pub file: PathBuf,
+    /// Sensors in the order of the file.
+    pub sensors: Vec<Sensor>,
+}
+
+impl Inputs {
+    /// Reads and checks all files of a project.
+    ///
+    /// # Errors
+    /// What is wrong in which file; windows whose basis is not their BSDF's, or that face away
+    /// from every sensor.
+    pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
+        let weather = Weather::read(&project.weather.file, warnings)?;
+        // Commands inside scene files may name files relative to the project's folder.
+        let base = project.folder();
+        let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
+        let scene = rad::read_scene(&files, base, warnings)?;
+        let sensors = project.sensors.iter().map(read_group).collect::<Result<Vec<_>>>()?;
+        let mut windows = Vec::new();
+        for section in &project.windows {
+            windows.extend(read_windows(section, base, warnings)?);
+        }
+        for window in &windows {
+            check_side(window, &sensors)?;
+        }
+        Ok(Self { weather, scene, windows, sensors })
+    }
+
+    /// Number of bins of all windows: columns of V.
+    pub fn bins(&self) -> usize {
+        self.windows.iter().map(|w| w.window.basis.len()).sum()
+    }
+}
+
+fn read_group(section: &SensorsSection) -> Result<SensorGroup> {
+    Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors: read_points(&section.points)? })
+}
+
+fn read_windows(section: &WindowSection, base: &Path, warnings: &mut Warnings) -> Result<Vec<ProjectWindow>> {
+    let surfaces = rad::read_windows(section.surface.strip_prefix(base).unwrap_or(&section.surface), base, warnings)?;
+    let bsdf = bsdf::read(&section.bsdf, warnings)?;
+    let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
+    let single = surfaces.len() == 1;
+    let mut windows = Vec::new();
+    for window in surfaces {
+        let bins = window.basis.len();
+        if (transmission.rows(), transmission.cols()) != (bins, bins) {
+            return Err(Error::new(format!(
+                "the window is divided by the basis {} ({bins} bins), its BSDF {} has {} outgoing and {} incident bins",
+                window.basis.name(),
+                section.bsdf.display(),
+                transmission.rows(),
+                transmission.cols()
+            ))
+            .file(&window.origin.file)
+            .line(window.origin.line)
+            .help("use the BSDF's basis in the comment before the polygon: '#@rfluxmtx h=kf' for Klems full, h=kh half, h=kq quarter"));
+        }
+        let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
+        windows.push(ProjectWindow { name, window, transmission: transmission.clone() });
+    }
+    Ok(windows)
+}
+
+/// A grey matrix as RGB.
+fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
+    if matrix.components() == 3 {
+        return matrix;
+    }
+    let data = matrix.data().iter().flat_map(|&v| [v; 3]).collect();
+    Matrix::from_data(matrix.rows(), matrix.cols(), 3, data).expect("three values per element")
+}
+
+/// Sensors must see some window from its room side, or its normal points the wrong way.
+fn check_side(window: &ProjectWindow, groups: &[SensorGroup]) -> Result<()> {
+    let corners = || window.window.triangles.iter().flatten();
+    let inside = |sensor: &Sensor| corners().any(|c| (sensor.position - *c).dot(window.window.frame.z) > 0.0);
+    if groups.iter().flat_map(|g| &g.sensors).any(inside) {
+        return Ok(());
+    }
+    let middle = corners().sum::<DVec3>() / corners().count().max(1) as f64;
+    Err(Error::new(format!(
+        "window '{}' at {:.3} {:.3} {:.3} faces the wrong way: every sensor is behind it",
+        window.name, middle.x, middle.y, middle.z
+    ))
+    .file(&window.window.origin.file)
+    .line(window.window.origin.line)
+    .help("its normal must point into the room: reverse the order of its vertices"))
+}

@@ -1,0 +1,344 @@
+//! One run of a project: weather to S, windows and scene to V and D, their product to illuminance.
+
+use super::fingerprint::Fingerprint;
+use super::inputs::{Inputs, ProjectWindow, SensorGroup};
+use super::presets::{daylight_options, view_options};
+use super::project::Project;
+use super::results::{self, Sampled};
+use super::store::Store;
+use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary};
+use crate::error::{Error, Result, Warnings};
+use crate::gpu::Device;
+use crate::kernels::view_matrix::{TraceStatistics, TracedMatrix};
+use crate::kernels::{daylight_matrix, view_matrix};
+use crate::matrix::Matrix;
+use crate::progress::{Progress, cancelled};
+use crate::scene::points::Sensor;
+use crate::sky::{SkyOptions, sky_matrix};
+use crate::units::ILLUMINANCE_WEIGHTS;
+use std::path::Path;
+use std::time::Instant;
+
+/// Computes a project and writes its results into the folder `out`:
+///
+/// | file | content |
+/// |---|---|
+/// | `matrices/S.mtx` | sky matrix, rows patches (ground first), columns hours, RGB |
+/// | `matrices/V_SENSORS.mtx` | view matrix, rows sensors, columns the bins of all windows in the project's order |
+/// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins |
+/// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
+/// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
+/// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
+/// | `summary.json` | [`Summary`] |
+///
+/// Matrices of an earlier run into the same folder are used again if all their inputs are the same,
+/// so that a run that was stopped goes on where it was.
+///
+/// # Errors
+/// A folder that cannot be written to, failures of the device, sensors that no light can reach, or
+/// when stopped by `progress`.
+pub fn run(
+    device: &Device,
+    project: &Project,
+    inputs: &Inputs,
+    out: &Path,
+    progress: &dyn Progress,
+    warnings: &Warnings,
+) -> Result<Summary> {
+    let start = Instant::now();
+    let store = Store::open(out)?;
+    let mut run = Run {
+        device,
+        project,
+        inputs,
+        store: &store,
+        progress,
+        seconds: Seconds::default(),
+        statistics: TraceStatistics::default(),
+        traced_seconds: 0.0,
+        matrices: Vec::new(),
+    };
+    run.finish(start, warnings)
+}
+
+struct Run<'a> {
+    device: &'a Device,
+    project: &'a Project,
+    inputs: &'a Inputs,
+    store: &'a Store,
+    progress: &'a dyn Progress,
+    seconds: Seconds,
+    statistics: TraceStatistics,
+    traced_seconds: f64,
+    matrices: Vec<MatrixSummary>,
+}
+
+/// A sampled matrix with its standard error.
+struct WithError {
+    total: Matrix<f32>,
+    standard_error: Matrix<f32>,
+}
+
+impl Run<'_> {
+    fn finish(&mut self, start: Instant, warnings: &Warnings) -> Result<Summary> {
+        let clock = Instant::now();
+        let sky = self.sky()?;
+        self.seconds.sky = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let view = self.view()?;
+        self.seconds.view = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let windows = &self.inputs.windows;
+        let (mut daylight, mut daylight_error) = (Vec::new(), Vec::new());
+        for (i, window) in windows.iter().enumerate() {
+            let d = self.daylight(i, window)?;
+            daylight.push(d.total);
+            daylight_error.push(d.standard_error);
+        }
+        self.seconds.daylight = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        self.check_stop()?;
+        self.progress.update("product", 0.0);
+        let transmitted = results::transmitted_daylight(self.inputs, &daylight);
+        let coefficients = results::multiply(&view.total, &transmitted).map(|v| v as f32);
+        let lux = illuminance(&coefficients, &sky);
+        self.seconds.product = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let sampled = Sampled {
+            view: &view.total,
+            view_error: &view.standard_error,
+            daylight_error: &daylight_error,
+            transmitted: &transmitted,
+            sky: &sky,
+        };
+        let stage = |fraction: f64| {
+            self.progress.update("error estimate", fraction);
+            self.check_stop()
+        };
+        let estimated_error = results::estimate_error(self.inputs, &sampled, &stage)?;
+        self.seconds.error_estimate = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let sensors = self.write(&lux)?;
+        self.seconds.write = clock.elapsed().as_secs_f64();
+        self.seconds.total = start.elapsed().as_secs_f64();
+        let summary = self.summary(sensors, estimated_error, warnings);
+        summary.write(&self.store.summary_path())?;
+        Ok(summary)
+    }
+
+    fn check_stop(&self) -> Result<()> {
+        if self.progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
+    }
+
+    fn note(&mut self, name: &str, matrix: &Matrix<f32>, reused: bool, clock: Instant) {
+        self.matrices.push(MatrixSummary {
+            name: name.to_string(),
+            rows: matrix.rows(),
+            columns: matrix.cols(),
+            reused,
+            seconds: clock.elapsed().as_secs_f64(),
+        });
+    }
+
+    fn sky(&mut self) -> Result<Matrix<f32>> {
+        let clock = Instant::now();
+        self.check_stop()?;
+        let options = SkyOptions { subdivision: self.project.method.sky.subdivision(), ..SkyOptions::default() };
+        let weather = &self.inputs.weather;
+        let inputs = *Fingerprint::new("S").add(weather).add(&options);
+        let shape = (self.project.method.sky.len(), weather.records.len(), 3);
+        let kept = self.store.load("S", inputs, shape);
+        let reused = kept.is_some();
+        let sky = match kept {
+            Some(sky) => sky,
+            None => {
+                let sky = sky_matrix(weather, &options, self.progress)?;
+                self.store.save("S", &sky, inputs, "sky matrix, rows patches, columns hours")?;
+                sky
+            }
+        };
+        self.note("S", &sky, reused, clock);
+        Ok(sky)
+    }
+
+    /// What rays can meet.
+    fn scene_fingerprint(&self, kind: &str) -> Fingerprint {
+        let scene = &self.inputs.scene;
+        let triangles: Vec<_> = scene.triangles.iter().map(|t| (t.vertices, t.material)).collect();
+        let materials: Vec<_> = scene.materials.iter().map(|m| m.kind).collect();
+        let device = self.device.summary();
+        *Fingerprint::new(kind).add(&triangles).add(&materials).add(&device.name).add(&device.driver)
+    }
+
+    /// V of all groups, computed in one pass and kept in one file per group.
+    fn view(&mut self) -> Result<WithError> {
+        let clock = Instant::now();
+        self.check_stop()?;
+        let options = view_options(self.project);
+        let groups = &self.inputs.sensors;
+        let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
+        let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
+        let mut inputs = self.scene_fingerprint("V");
+        for window in &windows {
+            inputs.add(&(&window.triangles, &window.frame, &window.basis));
+        }
+        inputs.add(&sensors).add(&options);
+        if let Some(kept) = self.kept_view(inputs) {
+            for (group, part) in groups.iter().zip(split(&kept.total, groups)) {
+                self.note(&format!("V_{}", group.name), &part, true, clock);
+            }
+            return Ok(kept);
+        }
+        let traced = view_matrix::compute(self.device, &self.inputs.scene, &windows, &sensors, &options, self.progress)?;
+        self.count(traced.statistics, clock);
+        self.check_light(&traced.total)?;
+        let parts = [("", &traced.total), ("_direct", &traced.direct), ("_standard_error", &traced.standard_error)];
+        for (suffix, matrix) in parts {
+            for (group, part) in groups.iter().zip(split(matrix, groups)) {
+                let name = format!("V_{}{suffix}", group.name);
+                self.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
+                if suffix.is_empty() {
+                    self.note(&name, &part, false, clock);
+                }
+            }
+        }
+        Ok(WithError { total: traced.total, standard_error: traced.standard_error })
+    }
+
+    fn kept_view(&self, inputs: Fingerprint) -> Option<WithError> {
+        let bins = self.inputs.bins();
+        let together = |suffix: &str| {
+            let mut data = Vec::new();
+            let mut rows = 0;
+            for group in &self.inputs.sensors {
+                let part = self.store.load(&format!("V_{}{suffix}", group.name), inputs, (group.sensors.len(), bins, 3))?;
+                rows += part.rows();
+                data.extend(part.into_data());
+            }
+            Matrix::from_data(rows, bins, 3, data).ok()
+        };
+        together("_direct")?;
+        Some(WithError { total: together("")?, standard_error: together("_standard_error")? })
+    }
+
+    fn daylight(&mut self, index: usize, window: &ProjectWindow) -> Result<WithError> {
+        let clock = Instant::now();
+        self.check_stop()?;
+        let sky = self.project.method.sky;
+        let options = daylight_options(self.project, index);
+        let mut inputs = self.scene_fingerprint("D");
+        inputs.add(&(&window.window.triangles, &window.window.frame, &window.window.basis)).add(&sky).add(&options);
+        let name = format!("D_{}", window.name);
+        let shape = (window.window.basis.len(), sky.len(), 3);
+        let load = |suffix: &str| self.store.load(&format!("{name}{suffix}"), inputs, shape);
+        if let (Some(total), Some(_), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
+            self.note(&name, &total, true, clock);
+            return Ok(WithError { total, standard_error });
+        }
+        let traced: TracedMatrix = daylight_matrix::compute(self.device, &self.inputs.scene, &window.window, sky, &options, self.progress)?;
+        self.count(traced.statistics, clock);
+        let about = "daylight matrix, rows the window's bins, columns patches";
+        self.store.save(&format!("{name}_direct"), &traced.direct, inputs, about)?;
+        self.store.save(&format!("{name}_standard_error"), &traced.standard_error, inputs, about)?;
+        self.store.save(&name, &traced.total, inputs, about)?;
+        let t = window.transmission.map(|v| v as f32);
+        let transmission_inputs = *Fingerprint::new("T").add(&t.data());
+        self.store.save(
+            &format!("T_{}", window.name),
+            &t,
+            transmission_inputs,
+            "transmission, rows outgoing bins, columns incident bins",
+        )?;
+        self.note(&name, &traced.total, false, clock);
+        Ok(WithError { total: traced.total, standard_error: traced.standard_error })
+    }
+
+    fn count(&mut self, statistics: TraceStatistics, clock: Instant) {
+        self.statistics.paths += statistics.paths;
+        self.statistics.segments += statistics.segments;
+        self.traced_seconds += clock.elapsed().as_secs_f64();
+    }
+
+    /// A sensor without any light from any window is inside a wall, or in a closed space.
+    fn check_light(&self, view: &Matrix<f32>) -> Result<()> {
+        let mut row = 0;
+        for group in &self.inputs.sensors {
+            for sensor in &group.sensors {
+                if view.row(row).iter().all(|&v| v == 0.0) {
+                    let p = sensor.position;
+                    return Err(Error::new(format!("no light of any window reaches the sensor at {} {} {}", p.x, p.y, p.z))
+                        .file(&group.file)
+                        .line(sensor.line)
+                        .help("is it inside a wall or a piece of furniture, or in a room without a window? Move it or take it out"));
+                }
+                row += 1;
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&self, lux: &Matrix<f32>) -> Result<Vec<SensorSummary>> {
+        let groups = &self.inputs.sensors;
+        let mut sensors = Vec::new();
+        for (i, (group, part)) in groups.iter().zip(split(lux, groups)).enumerate() {
+            self.progress.update("writing", i as f64 / groups.len() as f64);
+            results::write_illuminance(self.store, group, &self.inputs.weather.records, &part)?;
+            let sum: f64 = part.data().iter().map(|&v| f64::from(v)).sum();
+            sensors.push(SensorSummary {
+                name: group.name.clone(),
+                count: group.sensors.len(),
+                mean_illuminance_lx: sum / part.data().len().max(1) as f64,
+            });
+        }
+        Ok(sensors)
+    }
+
+    fn summary(&self, sensors: Vec<SensorSummary>, estimated_error: Option<results::EstimatedError>, warnings: &Warnings) -> Summary {
+        let (project, rays) = (self.project, self.statistics.segments);
+        Summary {
+            program: format!("lucarne {}", env!("CARGO_PKG_VERSION")),
+            device: DeviceSummary::of(self.device),
+            preset: project.quality.preset.name().to_string(),
+            seed: project.quality.seed,
+            phases: project.method.phases,
+            sky_subdivision: project.method.sky.subdivision(),
+            bounces: project.method.bounces,
+            hours: self.inputs.weather.records.len(),
+            sensors,
+            matrices: self.matrices.clone(),
+            seconds: self.seconds,
+            paths: self.statistics.paths,
+            rays,
+            rays_per_second: (rays > 0 && self.traced_seconds > 0.0).then(|| rays as f64 / self.traced_seconds),
+            estimated_error,
+            warnings: warnings.iter().map(ToString::to_string).collect(),
+        }
+    }
+}
+
+/// The rows of each group.
+fn split(matrix: &Matrix<f32>, groups: &[SensorGroup]) -> Vec<Matrix<f32>> {
+    let mut first = 0;
+    let values = matrix.cols() * matrix.components();
+    groups
+        .iter()
+        .map(|group| {
+            let rows = group.sensors.len();
+            let data = matrix.data()[first * values..(first + rows) * values].to_vec();
+            first += rows;
+            Matrix::from_data(rows, matrix.cols(), matrix.components(), data).expect("a slice of whole rows")
+        })
+        .collect()
+}
+
+/// Lux from coefficients (sensors × patches) and the sky matrix, summed in f64.
+fn illuminance(coefficients: &Matrix<f32>, sky: &Matrix<f32>) -> Matrix<f32> {
+    let rgb = results::multiply(coefficients, sky);
+    let lux = rgb.data().chunks_exact(3).map(|v| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * v[c]).sum::<f64>() as f32).collect();
+    Matrix::from_data(rgb.rows(), rgb.cols(), 1, lux).expect("one value per element")
+}

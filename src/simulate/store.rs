@@ -1,0 +1,103 @@
+//! The output folder: matrices that remember what they were computed from, and results.
+
+use super::fingerprint::Fingerprint;
+use crate::error::{Error, Result};
+use crate::matrix::Matrix;
+use crate::matrix::file::{Format, read_matrix, write_matrix};
+use std::path::{Path, PathBuf};
+
+/// Header key under which a matrix file keeps its [`Fingerprint`].
+const INPUTS: &str = "LUCARNE_INPUTS";
+
+/// An output folder: `matrices/` and `illuminance/`.
+pub struct Store {
+    folder: PathBuf,
+}
+
+impl Store {
+    /// Makes the folders and makes sure that they can be written to, so that a fault is found
+    /// before the work and not after it.
+    ///
+    /// # Errors
+    /// If a folder cannot be made or written to.
+    pub fn open(folder: &Path) -> Result<Self> {
+        for sub in ["matrices", "illuminance"] {
+            let path = folder.join(sub);
+            let named = |e: std::io::Error| {
+                Error::io(&path, &e).field("output folder").help("choose a folder that can be made and written to with -o")
+            };
+            std::fs::create_dir_all(&path).map_err(named)?;
+            let probe = path.join(format!(".{}.partial", std::process::id()));
+            std::fs::write(&probe, b"").map_err(named)?;
+            std::fs::remove_file(&probe).map_err(named)?;
+        }
+        Ok(Self { folder: folder.to_path_buf() })
+    }
+
+    /// Path of a matrix.
+    pub fn matrix_path(&self, name: &str) -> PathBuf {
+        self.folder.join("matrices").join(format!("{name}.mtx"))
+    }
+
+    /// Path of an illuminance file, `.mtx` or `.csv`.
+    pub fn illuminance_path(&self, sensors: &str, extension: &str) -> PathBuf {
+        self.folder.join("illuminance").join(format!("{sensors}.{extension}"))
+    }
+
+    /// Path of the summary.
+    pub fn summary_path(&self) -> PathBuf {
+        self.folder.join("summary.json")
+    }
+
+    /// A matrix of an earlier run, if it was computed from the same inputs and has this shape.
+    /// Anything else there is simply computed again.
+    pub fn load(&self, name: &str, inputs: Fingerprint, shape: (usize, usize, usize)) -> Option<Matrix<f32>> {
+        let file = read_matrix(&self.matrix_path(name)).ok()?;
+        let m = &file.matrix;
+        let same = file.value(INPUTS) == Some(inputs.to_string().as_str()) && (m.rows(), m.cols(), m.components()) == shape;
+        same.then_some(file.matrix)
+    }
+
+    /// Keeps a matrix; `about` is a line for its header that says what it is.
+    ///
+    /// # Errors
+    /// Failures of the file system with the path named.
+    pub fn save(&self, name: &str, matrix: &Matrix<f32>, inputs: Fingerprint, about: &str) -> Result<()> {
+        let header = [software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}")];
+        write_matrix(Some(&self.matrix_path(name)), matrix, Format::Float, &header)
+    }
+}
+
+/// The header line that names the program.
+pub fn software() -> String {
+    format!("SOFTWARE=lucarne {}", env!("CARGO_PKG_VERSION"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_is_reused_only_with_the_same_inputs_and_shape() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(&folder.path().join("deep/out")).unwrap();
+        let m = Matrix::from_data(2, 3, 1, vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).unwrap();
+        let inputs = *Fingerprint::new("V").add(&1);
+        assert!(store.load("V", inputs, (2, 3, 1)).is_none());
+        store.save("V", &m, inputs, "a test").unwrap();
+        assert_eq!(store.load("V", inputs, (2, 3, 1)), Some(m));
+        assert!(store.load("V", inputs, (3, 2, 1)).is_none());
+        assert!(store.load("V", *Fingerprint::new("V").add(&2), (2, 3, 1)).is_none());
+        std::fs::write(store.matrix_path("V"), b"garbage").unwrap();
+        assert!(store.load("V", inputs, (2, 3, 1)).is_none());
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, b"").unwrap();
+        let error = Store::open(&file).err().unwrap().to_string();
+        assert!(error.contains("output folder") && error.contains("file/matrices") && error.contains("-o"), "{error}");
+    }
+}

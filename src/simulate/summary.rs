@@ -1,0 +1,123 @@
+//! What a run did, for people and for programs: `summary.json`.
+
+use super::results::EstimatedError;
+use crate::error::{Error, Result};
+use crate::gpu::Device;
+use serde::Serialize;
+use std::path::Path;
+
+/// Contents of `summary.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// `lucarne` and its version.
+    pub program: String,
+    /// Where the kernels ran.
+    pub device: DeviceSummary,
+    /// Preset of `[quality]`.
+    pub preset: String,
+    /// Seed of all random numbers.
+    pub seed: u32,
+    /// Phases of the method.
+    pub phases: u32,
+    /// Reinhart subdivision of the sky.
+    pub sky_subdivision: usize,
+    /// Limit of diffuse reflections; absent: none.
+    pub bounces: Option<u32>,
+    /// Time steps of the weather file.
+    pub hours: usize,
+    /// Results per group of sensors.
+    pub sensors: Vec<SensorSummary>,
+    /// The matrices.
+    pub matrices: Vec<MatrixSummary>,
+    /// Seconds per stage.
+    pub seconds: Seconds,
+    /// Paths traced in this run.
+    pub paths: u64,
+    /// Path segments and connections traced in this run, at least.
+    pub rays: u64,
+    /// `rays` per second of tracing; absent if nothing was traced.
+    pub rays_per_second: Option<f64>,
+    /// Relative standard errors of the illuminances; absent if it is always dark.
+    pub estimated_error: Option<EstimatedError>,
+    /// Everything suspicious that is not an error.
+    pub warnings: Vec<String>,
+}
+
+/// The device that ran the kernels.
+#[derive(Debug, Clone, Serialize)]
+pub struct DeviceSummary {
+    /// Name the driver gives.
+    pub name: String,
+    /// `discrete`, `integrated`, `other` or `CPU`.
+    pub kind: String,
+    /// Vulkan, Metal or Dx12.
+    pub backend: String,
+    /// Driver and version.
+    pub driver: String,
+}
+
+impl DeviceSummary {
+    /// Of an open device.
+    pub fn of(device: &Device) -> Self {
+        let s = device.summary();
+        Self { name: s.name.clone(), kind: s.kind.to_string(), backend: s.backend.clone(), driver: s.driver.clone() }
+    }
+}
+
+/// One group of sensors.
+#[derive(Debug, Clone, Serialize)]
+pub struct SensorSummary {
+    /// Its name.
+    pub name: String,
+    /// Number of sensors.
+    pub count: usize,
+    /// Mean over sensors and hours, lux.
+    pub mean_illuminance_lx: f64,
+}
+
+/// One matrix file.
+#[derive(Debug, Clone, Serialize)]
+pub struct MatrixSummary {
+    /// Name of the file in `matrices/`, without `.mtx`.
+    pub name: String,
+    /// Rows.
+    pub rows: usize,
+    /// Columns.
+    pub columns: usize,
+    /// Taken from an earlier run with the same inputs.
+    pub reused: bool,
+    /// Seconds it took (to compute or to read).
+    pub seconds: f64,
+}
+
+/// Seconds of wall clock per stage.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Seconds {
+    /// Sky matrix.
+    pub sky: f64,
+    /// View matrix.
+    pub view: f64,
+    /// Daylight matrices.
+    pub daylight: f64,
+    /// Product of all matrices.
+    pub product: f64,
+    /// Propagation of the standard errors.
+    pub error_estimate: f64,
+    /// Writing results.
+    pub write: f64,
+    /// All of it.
+    pub total: f64,
+}
+
+impl Summary {
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// Failures of the file system with the path named.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        crate::files::write_atomically(path, |out| {
+            serde_json::to_writer_pretty(&mut *out, self).map_err(|e| Error::new(e.to_string()).file(path))?;
+            writeln!(out).map_err(|e| Error::io(path, &e))
+        })
+    }
+}
