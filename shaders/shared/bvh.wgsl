@@ -5,16 +5,14 @@
 // child meta 0-3, 4-7), then per axis the quantised child limits (min 0-3, min 4-7, max 0-3, max 4-7).
 // A triangle is three vec4<f32>: corners, the first with the material index in w.
 
+import package::shared::counters::{traversal_failed};
+
 const NO_TRIANGLE: u32 = 0xffffffffu;
 const FAR_AWAY: f32 = 1e30;
 const STACK_SIZE: u32 = 24u;
 
 @group(0) @binding(0) var<storage, read> bvh_nodes: array<vec4<u32>>;
 @group(0) @binding(1) var<storage, read> bvh_triangles: array<vec4<f32>>;
-
-// Whether a traversal of this invocation ended without emptying its stack: a driver that cuts
-// loops short, or a stack that overflowed. Such a path is not counted as finished.
-var<private> traversal_failed: bool = false;
 
 struct Hit {
     distance: f32,

@@ -1,6 +1,8 @@
 // Paths finished, to be compared with paths started: some drivers end long loops silently.
 
-import package::shared::bvh::{traversal_failed};
+// Whether a traversal of this invocation ended without emptying its stack: a driver that cuts
+// loops short, or a stack that overflowed. Such a path is not counted as finished.
+var<private> traversal_failed: bool = false;
 
 struct Counters {
     finished: atomic<u32>,

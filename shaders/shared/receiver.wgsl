@@ -10,7 +10,8 @@ struct Receiver {
 
 struct VirtualLight {
     position: vec3<f32>,
-    padding0: u32,
+    // Sum of the flux's components.
+    strength: f32,
     // Of the side that emits, unit length.
     normal: vec3<f32>,
     padding1: u32,

@@ -24,8 +24,15 @@ struct LightPathParams {
     // Whether another vertex follows.
     last: u32,
     batches: u32,
-    // First path index within the batch.
-    first_path: u32,
+    // 1 if all receivers have the same normal.
+    common_normal: u32,
+    // Box around the receivers, and their normal if they have it in common.
+    receivers_low: vec3<f32>,
+    padding0: u32,
+    receivers_high: vec3<f32>,
+    padding1: u32,
+    normal: vec3<f32>,
+    padding2: u32,
 }
 
 struct LightPath {
@@ -55,6 +62,20 @@ fn projected_solid_angle(first_ring: u32, ring_count: u32, bin: u32) -> f32 {
     return 3.141592653589793 * (rings[ring].cos2_low - rings[ring].cos2_high) / f32(rings[ring].bins);
 }
 
+// Largest value of dot(p, direction) over the box around the receivers.
+fn farthest_receiver(direction: vec3<f32>) -> f32 {
+    let corner = select(params.receivers_low, params.receivers_high, direction > vec3<f32>(0.0));
+    return dot(corner, direction);
+}
+
+// Whether a light could reach any receiver with nothing in the way.
+fn may_reach(position: vec3<f32>, normal: vec3<f32>) -> bool {
+    if farthest_receiver(normal) <= dot(position, normal) {
+        return false;
+    }
+    return params.common_normal == 0u || farthest_receiver(-params.normal) > -dot(position, params.normal);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let path_index = id.x;
@@ -65,8 +86,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let slot = (batch * params.bins + bin) * params.paths + path_index;
     let seed = hash_combine(hash_combine(params.seed, batch), bin);
-    let index = params.first_path + path_index;
-    var light = VirtualLight(vec3<f32>(0.0), 0u, vec3<f32>(0.0), 0u, vec3<f32>(0.0), 0u);
+    let index = path_index;
+    var light = VirtualLight(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), 0u, vec3<f32>(0.0), 0u);
     var path: LightPath;
     if params.vertex == 0u {
         var w = 0u;
@@ -108,7 +129,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         path.position = offset_from_surface(hit_point(hit), side);
         path.direction = event.direction;
         if event.lobe == LOBE_DIFFUSE {
-            light = VirtualLight(path.position, 0u, side, 0u, path.flux, 0u);
+            if may_reach(path.position, side) {
+                light = VirtualLight(path.position, path.flux.x + path.flux.y + path.flux.z, side, 0u, path.flux, 0u);
+            }
             path.direction = cosine_direction(side, slope);
         }
         // Analog roulette: survivors keep their strength, so no virtual light is wasted on little.

@@ -34,6 +34,8 @@ const MOST_RAYS: u32 = 32u;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
 // [batch][bin][path]
 @group(0) @binding(8) var<storage, read> lights: array<VirtualLight>;
+// Lights in use: [batch][bin].
+@group(0) @binding(10) var<storage, read> light_counts: array<u32>;
 // [batch][bin][sensor][rgb], sr before division by the number of paths.
 @group(0) @binding(9) var<storage, read_write> sums: array<f32>;
 
@@ -47,11 +49,6 @@ fn connection(sensor: Receiver, light: u32) -> f32 {
     return max(cos_sensor, 0.0) * max(cos_light, 0.0) / (distance2 * max(distance2, near2));
 }
 
-fn strength(light: u32) -> f32 {
-    let flux = lights[light].flux;
-    return flux.x + flux.y + flux.z;
-}
-
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let sensor_index = id.x;
@@ -62,9 +59,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     }
     let sensor = sensors[sensor_index];
     let first = (batch * params.bins + bin) * params.lights;
+    let light_count = light_counts[batch * params.bins + bin];
     var unobstructed = 0.0;
-    for (var i = 0u; i < params.lights; i++) {
-        unobstructed += strength(first + i) * connection(sensor, first + i);
+    for (var i = 0u; i < light_count; i++) {
+        unobstructed += lights[first + i].strength * connection(sensor, first + i);
     }
     if !(unobstructed > 0.0) {
         count_finished(true);
@@ -78,8 +76,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     var found = 0u;
     var sum = 0.0;
     var last = first;
-    for (var i = 0u; i < params.lights; i++) {
-        let value = strength(first + i) * connection(sensor, first + i);
+    for (var i = 0u; i < light_count; i++) {
+        let value = lights[first + i].strength * connection(sensor, first + i);
         sum += value;
         if value > 0.0 {
             last = first + i;
@@ -102,7 +100,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         let to_light = light.position - sensor.position;
         let distance = length(to_light);
         let passed = straight_transmittance(sensor.position, to_light / distance, distance * 0.999999);
-        arrived += passed * light.flux / strength(chosen[ray]);
+        arrived += passed * light.flux / light.strength;
     }
     let cell = ((batch * params.bins + bin) * params.sensors + sensor_index) * 3u;
     let total = arrived * (step * 0.3183098861837907);

@@ -18,6 +18,7 @@ sources![
     "shared/receiver",
     "shared/window",
     "trace/daylight_paths",
+    "trace/light_compact",
     "trace/light_paths",
     "trace/view_direct",
     "trace/view_gather",

@@ -36,7 +36,23 @@ gpu_struct! {
         vertex: u32,
         last: u32,
         batches: u32,
-        first_path: u32,
+        common_normal: u32,
+        receivers_low: [f32; 3],
+        padding0: u32,
+        receivers_high: [f32; 3],
+        padding1: u32,
+        normal: [f32; 3],
+        padding2: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `trace/light_compact`.
+    pub(crate) struct CompactParams {
+        bins: u32,
+        lights: u32,
+        batches: u32,
+        padding: u32,
     }
 }
 
@@ -56,7 +72,7 @@ gpu_struct! {
     /// A diffuse vertex of a light path.
     pub(crate) struct VirtualLight {
         position: [f32; 3],
-        padding0: u32,
+        strength: f32,
         normal: [f32; 3],
         padding1: u32,
         flux: [f32; 3],
@@ -211,6 +227,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
             .with::<trace::Window>()
             .with::<trace::Ring>()
             .with::<trace::Counters>(),
+        Registered::new("trace/light_compact").with::<CompactParams>().with::<VirtualLight>(),
         Registered::new("trace/view_gather").with::<GatherParams>().with::<Receiver>().with::<VirtualLight>(),
         Registered::new("trace/view_direct").with::<DirectParams>().with::<Receiver>(),
         Registered::new("trace/view_near").with::<NearParams>().with::<Receiver>(),
@@ -277,6 +294,7 @@ struct ViewTracer<'d> {
     scene: TraceScene,
     options: ViewOptions,
     light_paths: Kernel,
+    compact: Kernel,
     gather: Kernel,
     direct: Kernel,
     near: Kernel,
@@ -293,6 +311,7 @@ impl<'d> ViewTracer<'d> {
             scene,
             options: *options,
             light_paths: Kernel::new(device, "trace/light_paths", &[], &glass)?,
+            compact: Kernel::new(device, "trace/light_compact", &[], &[])?,
             gather: Kernel::new(device, "trace/view_gather", &[], &[glass[0], ("RAYS", f64::from(options.visibility_rays))])?,
             direct: Kernel::new(device, "trace/view_direct", &[], &glass)?,
             near: Kernel::new(device, "trace/view_near", &[], &glass)?,
@@ -329,7 +348,7 @@ impl<'d> ViewTracer<'d> {
         let (gathered, near) = if reflected || self.tables.features.specular {
             let near = self.near_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics)?;
             stage(0.2)?;
-            let gathered = if reflected { Some(self.gathered_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics, stage)?) } else { None };
+            let gathered = if reflected { Some(self.gathered_part(&sensors_buffer, &records, first, cells, &mut result.statistics, stage)?) } else { None };
             (gathered, Some(near))
         } else {
             (None, None)
@@ -467,19 +486,29 @@ impl<'d> ViewTracer<'d> {
     fn gathered_part(
         &self,
         sensors: &Buffer,
-        count: usize,
+        receivers: &[Receiver],
         first: usize,
         cells: usize,
         statistics: &mut TraceStatistics,
         stage: &dyn Fn(f64) -> Result<()>,
     ) -> Result<Vec<f32>> {
         let o = &self.options;
+        let count = receivers.len();
         let bins = self.tables.bins() as u32;
         let total_paths = (o.batches * bins * o.light_paths) as usize;
         let paths = self.device.zeros::<LightPath>("light paths", total_paths)?;
         let lights = self.device.zeros::<VirtualLight>("virtual lights", total_paths)?;
         let sums = self.device.zeros::<f32>("gathered view matrix", cells)?;
         let vertices = o.bounces.map_or(MOST_VERTICES, |b| b - 1);
+        let light_counts = self.device.zeros::<u32>("lights per bin", (o.batches * bins) as usize)?;
+        let compact_params = self.device.uniform("compaction", &CompactParams { bins, lights: o.light_paths, batches: o.batches, padding: 0 })?;
+        let compact = self.compact.bind(&[
+            ("params", &compact_params),
+            ("lights", &lights),
+            ("light_counts", &light_counts),
+            ("counters", &self.counters),
+        ])?;
+        let culling = culling_of(receivers);
         for vertex in 0..vertices {
             let params = LightPathParams {
                 seed: o.seed ^ 0x6c69_6768,
@@ -489,7 +518,7 @@ impl<'d> ViewTracer<'d> {
                 vertex,
                 last: u32::from(vertex + 1 == vertices),
                 batches: o.batches,
-                first_path: 0,
+                ..culling
             };
             let params = self.device.uniform("light path parameters", &params)?;
             self.device.write(&self.counters, &[Counters::default()])?;
@@ -501,6 +530,9 @@ impl<'d> ViewTracer<'d> {
             ]))?;
             self.device.dispatch(&self.light_paths, &bind, [o.light_paths.div_ceil(64), bins, o.batches])?;
             let alive = self.finish_dispatch(total_paths as u64, "light paths", statistics)?.alive;
+            self.device.write(&self.counters, &[Counters::default()])?;
+            self.device.dispatch(&self.compact, &compact, [bins.div_ceil(64), o.batches, 1])?;
+            self.finish_dispatch(u64::from(bins * o.batches), "compaction of lights", &mut TraceStatistics::default())?;
             let params = GatherParams {
                 seed: stream_seed(o.seed, vertex, 0x6761_7468),
                 sensors: count as u32,
@@ -517,6 +549,7 @@ impl<'d> ViewTracer<'d> {
                 ("params", &params),
                 ("sensors", sensors),
                 ("lights", &lights),
+                ("light_counts", &light_counts),
                 ("sums", &sums),
                 ("counters", &self.counters),
             ]))?;
@@ -539,6 +572,22 @@ impl<'d> ViewTracer<'d> {
         statistics.paths += started;
         statistics.segments += u64::from(counters.segments);
         Ok(counters)
+    }
+}
+
+/// What `light_paths` may leave out: lights that face away from all receivers, or lie behind all of
+/// them.
+fn culling_of(receivers: &[Receiver]) -> LightPathParams {
+    let fold = |f: fn(f32, f32) -> f32, start: f32| {
+        receivers.iter().fold([start; 3], |a, r| std::array::from_fn(|i| f(a[i], r.position[i])))
+    };
+    let normal = receivers.first().map_or([0.0; 3], |r| r.normal);
+    LightPathParams {
+        receivers_low: fold(f32::min, f32::INFINITY),
+        receivers_high: fold(f32::max, f32::NEG_INFINITY),
+        common_normal: u32::from(receivers.iter().all(|r| r.normal == normal)),
+        normal,
+        ..LightPathParams::default()
     }
 }
 
