@@ -248,3 +248,57 @@ fn crossing_level(a: [DVec2; 2], b: [DVec2; 2]) -> Option<f64> {
     // Touching ends are levels already.
     (p * q < 0.0 && r * s < 0.0).then(|| a[0].y + (a[1].y - a[0].y) * (p / (p - q)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Area inside by sampling the even-odd rule, against the area of the triangles.
+    fn triangles_of(outline: &[[f64; 2]]) -> Vec<[DVec3; 3]> {
+        triangulate(&outline.iter().map(|p| DVec3::new(p[0], p[1], 0.0)).collect::<Vec<_>>()).triangles
+    }
+
+    fn area(triangles: &[[DVec3; 3]]) -> f64 {
+        triangles.iter().map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
+    }
+
+    #[test]
+    fn crossing_edges_follow_the_even_odd_rule() {
+        let bow_tie = [[0., 0.], [1., 1.], [1., 0.1], [0., 0.4]];
+        // The edges cross at x = y = 4/13: triangles of base 0.4 and height 4/13, base 0.9 and height 9/13.
+        let triangles = triangles_of(&bow_tie);
+        assert!((area(&triangles) - (0.4 * 4.0 + 0.9 * 9.0) / 26.0).abs() < 1e-14, "{triangles:?}");
+    }
+
+    #[test]
+    fn simple_outlines_keep_to_their_corners_and_cover_their_area() {
+        // A spiral and a star with many corners, and a frame of many seams.
+        let spiral = |n: usize| -> Vec<[f64; 2]> {
+            let at = |i: usize, r: f64| {
+                let a = i as f64 * 0.1;
+                [(r + 0.05 * a) * a.cos(), (r + 0.05 * a) * a.sin()]
+            };
+            (0..n).map(|i| at(i, 1.0)).chain((0..n).rev().map(|i| at(i, 0.85))).collect()
+        };
+        let star: Vec<[f64; 2]> = (0..3000)
+            .map(|i| {
+                let (sin, cos) = (i as f64 / 3000.0 * std::f64::consts::TAU).sin_cos();
+                let r = 1.0 + 0.5 * ((i * 7919 % 101) as f64 / 101.0);
+                [r * cos, r * sin]
+            })
+            .collect();
+        let mut frame = vec![[0.0, 0.0], [41.0, 0.0], [41.0, 2.0], [0.0, 2.0], [0.0, 0.0]];
+        for i in 0..20 {
+            let x = 0.5 + 2.0 * i as f64;
+            frame.extend([[x, 0.5], [x, 1.5], [x + 1.0, 1.5], [x + 1.0, 0.5], [x, 0.5], [0.0, 0.0]]);
+        }
+        for (name, outline) in [("spiral", spiral(400)), ("star", star), ("frame", frame)] {
+            let triangles = triangles_of(&outline);
+            let n = outline.len();
+            let signed: f64 = (0..n).map(|i| outline[i][0] * outline[(i + 1) % n][1] - outline[i][1] * outline[(i + 1) % n][0]).sum::<f64>() / 2.0;
+            assert!((area(&triangles) - signed.abs()).abs() < 1e-9 * signed.abs(), "{name}");
+            let corner = |v: &DVec3| outline.iter().any(|p| p[0] == v.x && p[1] == v.y);
+            assert!(triangles.iter().flatten().all(corner), "{name}");
+        }
+    }
+}

@@ -87,13 +87,17 @@ pub fn ring(centre: DVec3, normal: DVec3, inner: f64, outer: f64) -> Result<Vec<
 }
 
 /// Unit vectors around an axis, counter-clockwise seen against it. Both directions of an axis give
-/// the same vectors (in opposite order).
+/// the same vectors (in opposite order), and rounding errors of the axis do not turn them.
 fn circle_about(axis: DVec3) -> Vec<DVec3> {
-    let flipped = axis.x < 0.0 || (axis.x == 0.0 && (axis.y < 0.0 || (axis.y == 0.0 && axis.z < 0.0)));
-    let main = if flipped { -axis } else { axis };
-    let (u, v) = main.any_orthonormal_pair();
+    let leading = axis.to_array().into_iter().find(|c| c.abs() > 1e-9).unwrap_or(1.0);
+    let main = if leading < 0.0 { -axis } else { axis };
+    // At least one coordinate axis is this far from any direction (1/√3 at worst); usual axes are
+    // far from the limit.
+    let helper = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().find(|h| h.dot(main).abs() < 0.5873).unwrap_or(DVec3::Z);
+    let v = main.cross(helper).normalize();
+    let u = v.cross(main);
     let mut circle: Vec<DVec3> = unit_circle(CIRCLE_SEGMENTS).into_iter().map(|[x, y]| u * x + v * y).collect();
-    if u.cross(v).dot(axis) < 0.0 {
+    if main != axis {
         circle.reverse();
     }
     circle

@@ -2,7 +2,7 @@
 
 use super::syntax::{Object, ObjectType, Surface};
 use crate::error::{Error, Result};
-use crate::scene::shapes::{CIRCLE_SEGMENTS, SPHERE_SEGMENTS};
+use crate::scene::shapes::SPHERE_SEGMENTS;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,7 +25,7 @@ impl Generator {
     ///
     /// Rounded boxes consist of faces, cylinders and spheres; with `-i` only of the quarter
     /// cylinders and eighths of spheres that face the inside. `-n` and `-s` are accepted and
-    /// without effect, since this program has its own [`CIRCLE_SEGMENTS`].
+    /// without effect, since this program has its own fineness ([`SPHERE_SEGMENTS`]).
     ///
     /// # Errors
     /// Missing or bad numbers, unknown options, a bevel that does not fit.
@@ -136,6 +136,8 @@ fn plain_box(faces: &mut Faces, size: DVec3) {
     for corners in BOX_FACES {
         let name: String = corners.iter().map(usize::to_string).collect();
         let points = corners.map(|c| size * DVec3::new((c & 1) as f64, (c >> 1 & 1) as f64, (c >> 2) as f64));
+        // Reflected in the box's centre the same corners turn the other way: how Radiance inverts.
+        let points = if faces.inward { points.map(|p| size - p) } else { points };
         faces.polygon(&name, &points);
     }
 }
@@ -166,7 +168,7 @@ fn beveled_box(faces: &mut Faces, size: DVec3, inset: f64, round: bool) {
             1 => {
                 let shift = reach(fixed[0]);
                 let corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(|c| with(&c) + shift);
-                faces.outward(&name, &corners, outward);
+                faces.facing(&name, &corners, outward);
             }
             2 => {
                 let (start, end) = (with(&[-1]), with(&[1]));
@@ -174,10 +176,11 @@ fn beveled_box(faces: &mut Faces, size: DVec3, inset: f64, round: bool) {
                 if round && !faces.inward {
                     faces.object(&name, Surface::Cylinder, [start.to_array().as_slice(), &end.to_array(), &[inset]].concat());
                 } else {
-                    let strips = if round { CIRCLE_SEGMENTS / 4 } else { 1 };
+                    // As many as at the spheres, so that no gap stays open between them.
+                    let strips = if round { SPHERE_SEGMENTS / 4 } else { 1 };
                     for i in 0..strips {
                         let [a, b] = [i, i + 1].map(|i| quarter(u, v, i, strips));
-                        faces.outward(&format!("{name}.{i}"), &[start + a, end + a, end + b, start + b], outward);
+                        faces.facing(&format!("{name}.{i}"), &[start + a, end + a, end + b, start + b], outward);
                     }
                 }
             }
@@ -185,7 +188,7 @@ fn beveled_box(faces: &mut Faces, size: DVec3, inset: f64, round: bool) {
                 let middle = centre(signs);
                 let [u, v, w] = [0, 1, 2].map(reach);
                 if !round {
-                    faces.outward(&name, &[middle + u, middle + v, middle + w], outward);
+                    faces.facing(&name, &[middle + u, middle + v, middle + w], outward);
                 } else if !faces.inward {
                     faces.object(&name, Surface::Sphere, [middle.to_array().as_slice(), &[inset]].concat());
                 } else {
@@ -195,7 +198,7 @@ fn beveled_box(faces: &mut Faces, size: DVec3, inset: f64, round: bool) {
                             let at = |i: usize, j: usize| middle + quarter(quarter(u, v, j, n), w, i, n);
                             let mut corners = vec![at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
                             corners.truncate(if i + 1 == n { 3 } else { 4 });
-                            faces.outward(&format!("{name}.{i}.{j}"), &corners, outward);
+                            faces.facing(&format!("{name}.{i}.{j}"), &corners, outward);
                         }
                     }
                 }
@@ -237,17 +240,13 @@ impl Faces {
     }
 
     fn polygon(&mut self, suffix: &str, corners: &[DVec3]) {
-        let reals = if self.inward {
-            corners.iter().rev().flat_map(|c| c.to_array()).collect()
-        } else {
-            corners.iter().flat_map(|c| c.to_array()).collect()
-        };
-        self.object(suffix, Surface::Polygon, reals);
+        self.object(suffix, Surface::Polygon, corners.iter().flat_map(|c| c.to_array()).collect());
     }
 
-    /// A polygon whose front is towards `outward`.
-    fn outward(&mut self, suffix: &str, corners: &[DVec3], outward: DVec3) {
-        if (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(outward) < 0.0 {
+    /// A polygon whose front is towards `outward`, or away from it for inward boxes.
+    fn facing(&mut self, suffix: &str, corners: &[DVec3], outward: DVec3) {
+        let faces_outward = (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(outward) > 0.0;
+        if faces_outward == self.inward {
             let reversed: Vec<DVec3> = corners.iter().rev().copied().collect();
             self.polygon(suffix, &reversed);
         } else {

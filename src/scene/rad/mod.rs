@@ -39,8 +39,9 @@ use xform::Placement;
 const MAX_TRIANGLES: usize = 50_000_000;
 
 /// Reads scene files in the given order, as `oconv` would: a modifier means its latest definition
-/// before the place of use, also across files. Paths are relative to `base`; those in commands to
-/// `base`, else to the folder of the file that names them. Lengths keep the files' unit.
+/// before the place of use, also across files. Paths are relative to `base`; so are those in
+/// commands, or else to the folder of the file that names them (first to that folder, where that
+/// file was itself placed by `xform`, as in Radiance). Lengths keep the files' unit.
 ///
 /// # Errors
 /// Anything wrong in the files, with file, line and object; commands other than `xform`, `genbox`
@@ -83,7 +84,12 @@ impl Sink for SceneSink {
                 let radiance = match kind {
                     MaterialKind::Light { radiance } | MaterialKind::Glow { radiance, .. } => radiance,
                     MaterialKind::Void => return Ok(()),
-                    _ => return Err(at(Error::new(format!("'{modifier_name}' is no light, but modifies a source")).help("use `light` or `glow`"))),
+                    // Radiance takes it for a surface at infinity, which sends back nothing to speak of.
+                    _ => {
+                        let message = format!("this source is left out: its modifier '{modifier_name}' gives no light");
+                        warnings.push(at(Error::new(message).help("use `light` or `glow`")));
+                        return Ok(());
+                    }
                 };
                 self.scene.sources.push(DistantSource { name, modifier: modifier_name.to_string(), direction, angle, radiance });
             }

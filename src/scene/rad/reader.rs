@@ -140,22 +140,25 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A file named in a command: in the working folder as in Radiance, else beside the file that
-    /// names it.
+    /// A file named in a command. As in Radiance: for a command of a file that was itself placed by
+    /// `xform`, beside that file (where xform goes before it runs the commands of its input); for
+    /// one of the scene's own files, in the working folder. Where there is none, in the other.
     fn resolve(&self, name: &str, including: &Path) -> Result<PathBuf> {
         if name.starts_with('!') {
             return Err(Error::new(format!("'{name}' is a command in the place of a file")).help("write the command first and pipe it: `!genbox … | xform …`"));
         }
-        let here = self.base.join(name);
-        if here.exists() {
-            return Ok(here);
-        }
+        let working = self.base.join(name);
         let beside = including.parent().unwrap_or(Path::new("")).join(name);
-        if beside.exists() {
-            return Ok(beside);
+        let nested = self.chain.len() > 1;
+        let [first, second] = if nested { [beside, working] } else { [working, beside] };
+        if first.exists() {
+            return Ok(first);
         }
-        Err(Error::new(format!("the file '{name}' exists neither as {} nor as {}", here.display(), beside.display()))
-            .help("correct the path; it is relative to the working folder, else to the folder of the file that names it"))
+        if second.exists() {
+            return Ok(second);
+        }
+        Err(Error::new(format!("the file '{name}' exists neither as {} nor as {}", first.display(), second.display()))
+            .help("correct the path; it is relative to the working folder or to the folder of the file that names it"))
     }
 
     fn count(&mut self, file: &Path, statement: &Statement) -> Result<()> {

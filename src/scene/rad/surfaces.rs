@@ -80,7 +80,9 @@ pub fn geometry(surface: Surface, object: &Object, placement: &Placement, file: 
                 warn(format!("radii of {inner} and {outer} make no ring"), degenerate);
                 return Ok(Geometry::Triangles(Vec::new()));
             }
-            shapes::ring(point(0), vector(3), inner, outer)
+            let normal = if placement.inverted { -vector(3) } else { vector(3) };
+            inward = false;
+            shapes::ring(point(0), normal, inner, outer)
         }
         Surface::Cylinder | Surface::Tube | Surface::Cone | Surface::Cup => {
             let [mut r0, mut r1] = [r[6], *r.get(7).unwrap_or(&r[6])].map(|v| v * placement.scale);
