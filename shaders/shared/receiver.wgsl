@@ -2,7 +2,8 @@
 
 struct Receiver {
     position: vec3<f32>,
-    padding0: u32,
+    // Number of the sensor or pixel: chooses its random numbers, whatever tile it is in.
+    number: u32,
     // Unit length.
     normal: vec3<f32>,
     padding1: u32,

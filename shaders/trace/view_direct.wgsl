@@ -18,8 +18,7 @@ struct DirectParams {
     // Fixed-point units per sample and full window.
     unit: f32,
     batches: u32,
-    // Number of the first sensor among all.
-    first_sensor: u32,
+    padding_number: u32,
 }
 
 @group(0) @binding(6) var<uniform> params: DirectParams;
@@ -36,7 +35,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let sensor = sensors[sensor_index];
-    let seed = hash_combine(hash_combine(params.seed, batch), params.first_sensor + sensor_index);
+    let seed = hash_combine(hash_combine(params.seed, batch), sensor.number);
     let to_window = sample_windows(sensor.position, params.window_count, sample_pair(index, 0u, seed));
     let cosine = dot(to_window.direction, sensor.normal);
     if to_window.weight > 0.0 && cosine > 0.0 {

@@ -21,8 +21,7 @@ struct GatherParams {
     lights: u32,
     batches: u32,
     near_radius: f32,
-    // Number of the first sensor among all.
-    first_sensor: u32,
+    padding_number: u32,
     padding: u32,
 }
 
@@ -70,7 +69,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     }
     // Systematic sampling in proportion to the connections.
     let step = unobstructed / f32(RAYS);
-    let seed = hash_combine(hash_combine(hash_combine(params.seed, batch), bin), params.first_sensor + sensor_index);
+    let seed = hash_combine(hash_combine(hash_combine(params.seed, batch), bin), sensor.number);
     var threshold = step * unit_f32(seed);
     var chosen: array<u32, MOST_RAYS>;
     var found = 0u;

@@ -21,9 +21,9 @@ struct NearParams {
     most_bounces: u32,
     near_radius: f32,
     roulette_weight: f32,
-    // Number of the first sensor among all.
-    first_sensor: u32,
-    padding: u32,
+    padding_number: u32,
+    // Receivers from one batch to the next; 0 if all batches share them.
+    batch_stride: u32,
 }
 
 const MOST_SEGMENTS: u32 = 256u;
@@ -49,9 +49,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if index >= params.samples || sensor_index >= params.sensors || batch >= params.batches {
         return;
     }
-    let sensor = sensors[sensor_index];
+    let sensor = sensors[batch * params.batch_stride + sensor_index];
     let row = batch * params.sensors + sensor_index;
-    let seed = hash_combine(hash_combine(params.seed, batch), params.first_sensor + sensor_index);
+    let seed = hash_combine(hash_combine(params.seed, batch), sensor.number);
     var position = sensor.position;
     var direction = cosine_direction(sensor.normal, sample_pair(index, 0u, seed));
     // Irradiance: every cosine-distributed path stands for π sr.

@@ -1,12 +1,16 @@
 //! One module per kernel: host half and f64 reference.
 
 pub mod daylight_matrix;
+pub mod image_matrix;
+pub mod light_paths;
 pub mod trace;
 pub mod view_matrix;
 
 /// Every shader variant in use, for the tests that link, validate and compare layouts.
 pub fn registered() -> Vec<crate::gpu::Registered> {
     let mut all = crate::gpu::registered();
+    all.extend(image_matrix::registered());
+    all.extend(light_paths::registered());
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
     all

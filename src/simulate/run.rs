@@ -9,7 +9,7 @@ use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
-use crate::kernels::view_matrix::{TraceStatistics, TracedMatrix};
+use crate::kernels::trace::{TraceStatistics, TracedMatrix};
 use crate::kernels::{daylight_matrix, view_matrix};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};

@@ -5,6 +5,7 @@ use crate::bvh::Bvh;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device};
 use crate::gpu_struct;
+use crate::matrix::Matrix;
 use crate::scene::{self, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
 
@@ -371,6 +372,28 @@ fn material_record(kind: &MaterialKind) -> Material {
         MaterialKind::Mirror { color } => Material { kind: MIRROR, specular: scaled(color, 1.0), ..surface },
         MaterialKind::Light { .. } | MaterialKind::Glow { .. } | MaterialKind::Void => absorber(0),
     }
+}
+
+/// What a computation did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TraceStatistics {
+    /// Paths started, all of them finished.
+    pub paths: u64,
+    /// Path segments and connections, at least.
+    pub segments: u64,
+}
+
+/// A matrix, its part without diffuse reflections, and its standard error, all of one shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TracedMatrix {
+    /// The matrix.
+    pub total: Matrix<f32>,
+    /// Only what arrives without diffuse reflection (Vd, Dd); never larger than `total`.
+    pub direct: Matrix<f32>,
+    /// Standard error of each entry of `total`.
+    pub standard_error: Matrix<f32>,
+    /// Work done.
+    pub statistics: TraceStatistics,
 }
 
 /// Checks that every path started was finished: some drivers end long loops silently.

@@ -19,66 +19,15 @@ mod unobstructed;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel, Plan};
 use crate::gpu_struct;
-use crate::kernels::trace::{Counters, TraceScene, TraceTables, WindowSurfaces, check_finished, stream_seed};
+use crate::kernels::light_paths::{
+    LightPathKernels, LightPathOptions, LightPaths, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
+};
+use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, TracedMatrix, WindowSurfaces, stream_seed};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
 use crate::scene::{Scene, Window};
 use rayon::prelude::*;
-
-gpu_struct! {
-    /// Parameters of `trace/light_paths`.
-    pub(crate) struct LightPathParams {
-        seed: u32,
-        paths: u32,
-        bins: u32,
-        window_count: u32,
-        vertex: u32,
-        last: u32,
-        batches: u32,
-        common_normal: u32,
-        receivers_low: [f32; 3],
-        padding0: u32,
-        receivers_high: [f32; 3],
-        padding1: u32,
-        normal: [f32; 3],
-        padding2: u32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `trace/light_compact`.
-    pub(crate) struct CompactParams {
-        bins: u32,
-        lights: u32,
-        batches: u32,
-        padding: u32,
-    }
-}
-
-gpu_struct! {
-    /// State of a light path between dispatches.
-    pub(crate) struct LightPath {
-        position: [f32; 3],
-        alive: u32,
-        direction: [f32; 3],
-        pairs: u32,
-        flux: [f32; 3],
-        padding: u32,
-    }
-}
-
-gpu_struct! {
-    /// A diffuse vertex of a light path.
-    pub(crate) struct VirtualLight {
-        position: [f32; 3],
-        strength: f32,
-        normal: [f32; 3],
-        padding1: u32,
-        flux: [f32; 3],
-        padding2: u32,
-    }
-}
 
 gpu_struct! {
     /// Parameters of `trace/view_gather`.
@@ -89,18 +38,8 @@ gpu_struct! {
         lights: u32,
         batches: u32,
         near_radius: f32,
-        first_sensor: u32,
+        padding_number: u32,
         padding: u32,
-    }
-}
-
-gpu_struct! {
-    /// A receiver in the tracer's coordinates.
-    pub(crate) struct Receiver {
-        position: [f32; 3],
-        padding0: u32,
-        normal: [f32; 3],
-        padding1: u32,
     }
 }
 
@@ -114,25 +53,7 @@ gpu_struct! {
         window_count: u32,
         unit: f32,
         batches: u32,
-        first_sensor: u32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `trace/view_near`.
-    pub(crate) struct NearParams {
-        seed: u32,
-        sensors: u32,
-        samples: u32,
-        bins: u32,
-        window_count: u32,
-        unit: f32,
-        batches: u32,
-        most_bounces: u32,
-        near_radius: f32,
-        roulette_weight: f32,
-        first_sensor: u32,
-        padding: u32,
+        padding_number: u32,
     }
 }
 
@@ -179,36 +100,9 @@ impl Default for ViewOptions {
     }
 }
 
-/// What [`compute`] did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TraceStatistics {
-    /// Paths started, all of them finished.
-    pub paths: u64,
-    /// Path segments and connections, at least.
-    pub segments: u64,
-}
-
-/// A matrix, its part without diffuse reflections, and its standard error, all of one shape.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TracedMatrix {
-    /// The matrix.
-    pub total: Matrix<f32>,
-    /// Only what arrives without diffuse reflection (Vd, Dd); never larger than `total`.
-    pub direct: Matrix<f32>,
-    /// Standard error of each entry of `total`.
-    pub standard_error: Matrix<f32>,
-    /// Work done.
-    pub statistics: TraceStatistics,
-}
-
 /// Fixed-point units that `view_direct` may add to one cell; half the range, since area sampling
 /// of small windows exceeds their mean solid angle a little.
 const DIRECT_CAPACITY: f32 = (1u32 << 31) as f32;
-/// Bound on what one path of `view_near` may add to one cell, sr.
-const NEAR_BOUND: f64 = 64.0;
-/// Rounds of light paths after which an untruncated computation stops; roulette ends paths long
-/// before.
-const MOST_VERTICES: u32 = 256;
 /// `MOST_RAYS` of `view_gather`.
 const MOST_VISIBILITY_RAYS: u32 = 32;
 /// Bounds the loops of `view_gather`.
@@ -217,20 +111,9 @@ const MOST_LIGHT_PATHS: u32 = 1 << 13;
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<crate::gpu::Registered> {
     use crate::gpu::Registered;
-    use crate::kernels::trace;
     vec![
-        Registered::new("trace/light_paths")
-            .with::<LightPathParams>()
-            .with::<LightPath>()
-            .with::<VirtualLight>()
-            .with::<trace::Material>()
-            .with::<trace::Window>()
-            .with::<trace::Ring>()
-            .with::<trace::Counters>(),
-        Registered::new("trace/light_compact").with::<CompactParams>().with::<VirtualLight>(),
         Registered::new("trace/view_gather").with::<GatherParams>().with::<Receiver>().with::<VirtualLight>(),
         Registered::new("trace/view_direct").with::<DirectParams>().with::<Receiver>(),
-        Registered::new("trace/view_near").with::<NearParams>().with::<Receiver>(),
     ]
 }
 
@@ -293,8 +176,7 @@ struct ViewTracer<'d> {
     windows: &'d [Window],
     scene: TraceScene,
     options: ViewOptions,
-    light_paths: Kernel,
-    compact: Kernel,
+    light_paths: LightPathKernels,
     gather: Kernel,
     direct: Kernel,
     near: Kernel,
@@ -310,8 +192,7 @@ impl<'d> ViewTracer<'d> {
             windows,
             scene,
             options: *options,
-            light_paths: Kernel::new(device, "trace/light_paths", &[], &glass)?,
-            compact: Kernel::new(device, "trace/light_compact", &[], &[])?,
+            light_paths: LightPathKernels::new(device)?,
             gather: Kernel::new(device, "trace/view_gather", &[], &[glass[0], ("RAYS", f64::from(options.visibility_rays))])?,
             direct: Kernel::new(device, "trace/view_direct", &[], &glass)?,
             near: Kernel::new(device, "trace/view_near", &[], &glass)?,
@@ -330,9 +211,10 @@ impl<'d> ViewTracer<'d> {
     ) -> Result<()> {
         let records: Vec<Receiver> = sensors
             .iter()
-            .map(|s| Receiver {
+            .enumerate()
+            .map(|(i, s)| Receiver {
                 position: self.tables.normalization.point(s.position).to_array(),
-                padding0: 0,
+                number: (first + i) as u32,
                 normal: s.direction.normalize().as_vec3().to_array(),
                 padding1: 0,
             })
@@ -342,18 +224,28 @@ impl<'d> ViewTracer<'d> {
         let batches = self.options.batches as usize;
         let cells = batches * records.len() * bins * 3;
         stage(0.0)?;
-        let direct = self.direct_part(&sensors_buffer, sensors, first, &mut result.statistics)?;
+        let direct = self.direct_part(&sensors_buffer, sensors, &mut result.statistics)?;
         stage(0.1)?;
         let reflected = self.options.bounces.is_none_or(|b| b > 1);
         let (gathered, near) = if reflected || self.tables.features.specular {
-            let near = self.near_part(&sensors_buffer, records.len(), first, cells, &mut result.statistics)?;
+            let near_options = NearOptions {
+                samples: self.options.near_samples,
+                batches: self.options.batches,
+                bounces: self.options.bounces,
+                seed: self.options.seed,
+                near_radius: self.options.near_radius,
+                roulette_weight: self.options.roulette_weight,
+                receivers_per_batch: false,
+            };
+            let receivers = (&sensors_buffer, records.len());
+            let near =
+                near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
             stage(0.2)?;
-            let gathered = if reflected { Some(self.gathered_part(&sensors_buffer, &records, first, cells, &mut result.statistics, stage)?) } else { None };
+            let gathered = if reflected { Some(self.gathered_part(&sensors_buffer, &records, cells, &mut result.statistics, stage)?) } else { None };
             (gathered, Some(near))
         } else {
             (None, None)
         };
-        let per_near = NEAR_BOUND / f64::from(u32::MAX);
         let mut values = vec![0.0f64; batches];
         for sensor in 0..records.len() {
             for bin in 0..bins {
@@ -365,7 +257,7 @@ impl<'d> ViewTracer<'d> {
                         straight += seen;
                         *value = seen;
                         if let Some(near) = &near {
-                            *value += f64::from(near[cell]) * per_near;
+                            *value += f64::from(near[cell]);
                         }
                         if let Some(gathered) = &gathered {
                             let cell = ((batch * bins + bin) * records.len() + sensor) * 3 + c;
@@ -384,7 +276,7 @@ impl<'d> ViewTracer<'d> {
 
     /// The straight part per batch, `[batch][sensor][bin][rgb]`: exact unobstructed values times the
     /// visible share.
-    fn direct_part(&self, buffer: &Buffer, sensors: &[Sensor], first: usize, statistics: &mut TraceStatistics) -> Result<Vec<f64>> {
+    fn direct_part(&self, buffer: &Buffer, sensors: &[Sensor], statistics: &mut TraceStatistics) -> Result<Vec<f64>> {
         let o = &self.options;
         let bins = self.tables.bins();
         let params = DirectParams {
@@ -395,7 +287,7 @@ impl<'d> ViewTracer<'d> {
             window_count: self.tables.windows.len() as u32,
             unit: DIRECT_CAPACITY / o.direct_samples as f32,
             batches: o.batches,
-            first_sensor: first as u32,
+            padding_number: 0,
         };
         let batches = o.batches as usize;
         let cells = batches * sensors.len() * bins * 4;
@@ -440,25 +332,6 @@ impl<'d> ViewTracer<'d> {
         row
     }
 
-    fn near_part(&self, sensors: &Buffer, count: usize, first: usize, cells: usize, statistics: &mut TraceStatistics) -> Result<Vec<u32>> {
-        let o = &self.options;
-        let params = NearParams {
-            seed: o.seed ^ 0x6e65_6172,
-            sensors: count as u32,
-            samples: o.near_samples,
-            bins: self.tables.bins() as u32,
-            window_count: self.tables.windows.len() as u32,
-            unit: (f64::from(u32::MAX) / (NEAR_BOUND * f64::from(o.near_samples))) as f32,
-            batches: o.batches,
-            most_bounces: o.bounces.map_or(u32::MAX, |b| b.saturating_sub(1)),
-            near_radius: o.near_radius,
-            roulette_weight: o.roulette_weight,
-            first_sensor: first as u32,
-            padding: 0,
-        };
-        self.sampled_part(&self.near, &params, "short connections of the view matrix", sensors, count, o.near_samples, cells, statistics)
-    }
-
     /// Runs a kernel of one invocation per sample, sensor and batch, and reads its fixed-point sums.
     #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
     fn sampled_part<P: bytemuck::NoUninit>(
@@ -479,7 +352,7 @@ impl<'d> ViewTracer<'d> {
         let bind = kernel.bind(&self.scene.bindings(&own))?;
         self.device.dispatch(kernel, &bind, [samples.div_ceil(64), count as u32, self.options.batches])?;
         let started = u64::from(samples) * count as u64 * u64::from(self.options.batches);
-        self.finish_dispatch(started, what, statistics)?;
+        finish_dispatch(self.device, &self.counters, started, what, statistics)?;
         self.device.read(&sums)
     }
 
@@ -487,7 +360,6 @@ impl<'d> ViewTracer<'d> {
         &self,
         sensors: &Buffer,
         receivers: &[Receiver],
-        first: usize,
         cells: usize,
         statistics: &mut TraceStatistics,
         stage: &dyn Fn(f64) -> Result<()>,
@@ -495,44 +367,11 @@ impl<'d> ViewTracer<'d> {
         let o = &self.options;
         let count = receivers.len();
         let bins = self.tables.bins() as u32;
-        let total_paths = (o.batches * bins * o.light_paths) as usize;
-        let paths = self.device.zeros::<LightPath>("light paths", total_paths)?;
-        let lights = self.device.zeros::<VirtualLight>("virtual lights", total_paths)?;
+        let path_options = LightPathOptions { paths: o.light_paths, batches: o.batches, bounces: o.bounces, seed: o.seed };
+        let paths = LightPaths::new(self.device, &self.tables, &self.scene, &self.light_paths, path_options, Some(receivers))?;
         let sums = self.device.zeros::<f32>("gathered view matrix", cells)?;
-        let vertices = o.bounces.map_or(MOST_VERTICES, |b| b - 1);
-        let light_counts = self.device.zeros::<u32>("lights per bin", (o.batches * bins) as usize)?;
-        let compact_params = self.device.uniform("compaction", &CompactParams { bins, lights: o.light_paths, batches: o.batches, padding: 0 })?;
-        let compact = self.compact.bind(&[
-            ("params", &compact_params),
-            ("lights", &lights),
-            ("light_counts", &light_counts),
-            ("counters", &self.counters),
-        ])?;
-        let culling = culling_of(receivers);
-        for vertex in 0..vertices {
-            let params = LightPathParams {
-                seed: o.seed ^ 0x6c69_6768,
-                paths: o.light_paths,
-                bins,
-                window_count: self.tables.windows.len() as u32,
-                vertex,
-                last: u32::from(vertex + 1 == vertices),
-                batches: o.batches,
-                ..culling
-            };
-            let params = self.device.uniform("light path parameters", &params)?;
-            self.device.write(&self.counters, &[Counters::default()])?;
-            let bind = self.light_paths.bind(&self.scene.bindings(&[
-                ("params", &params),
-                ("paths", &paths),
-                ("lights", &lights),
-                ("counters", &self.counters),
-            ]))?;
-            self.device.dispatch(&self.light_paths, &bind, [o.light_paths.div_ceil(64), bins, o.batches])?;
-            let alive = self.finish_dispatch(total_paths as u64, "light paths", statistics)?.alive;
-            self.device.write(&self.counters, &[Counters::default()])?;
-            self.device.dispatch(&self.compact, &compact, [bins.div_ceil(64), o.batches, 1])?;
-            self.finish_dispatch(u64::from(bins * o.batches), "compaction of lights", &mut TraceStatistics::default())?;
+        for vertex in 0..paths.most_vertices() {
+            let go_on = paths.advance(vertex, statistics)?;
             let params = GatherParams {
                 seed: stream_seed(o.seed, vertex, 0x6761_7468),
                 sensors: count as u32,
@@ -540,7 +379,7 @@ impl<'d> ViewTracer<'d> {
                 lights: o.light_paths,
                 batches: o.batches,
                 near_radius: o.near_radius,
-                first_sensor: first as u32,
+                padding_number: 0,
                 padding: 0,
             };
             let params = self.device.uniform("gathering parameters", &params)?;
@@ -548,46 +387,22 @@ impl<'d> ViewTracer<'d> {
             let bind = self.gather.bind(&self.scene.bindings(&[
                 ("params", &params),
                 ("sensors", sensors),
-                ("lights", &lights),
-                ("light_counts", &light_counts),
+                ("lights", &paths.lights),
+                ("light_counts", &paths.light_counts),
                 ("sums", &sums),
                 ("counters", &self.counters),
             ]))?;
             self.device.dispatch(&self.gather, &bind, [(count as u32).div_ceil(64), bins, o.batches])?;
             let runs = count as u64 * u64::from(bins * o.batches);
-            self.finish_dispatch(runs, "gathering", statistics)?;
+            finish_dispatch(self.device, &self.counters, runs, "gathering", statistics)?;
             statistics.segments += runs * u64::from(o.visibility_rays);
             // The first vertices carry most of the light and most of the work.
             stage(0.2 + 0.8 * (1.0 - 0.5f64.powi(vertex as i32 + 1)))?;
-            if alive == 0 {
+            if !go_on {
                 break;
             }
         }
         self.device.read_finite(&sums)
-    }
-
-    fn finish_dispatch(&self, started: u64, what: &str, statistics: &mut TraceStatistics) -> Result<Counters> {
-        let counters = self.device.read::<Counters>(&self.counters)?[0];
-        check_finished(&counters, started, what)?;
-        statistics.paths += started;
-        statistics.segments += u64::from(counters.segments);
-        Ok(counters)
-    }
-}
-
-/// What `light_paths` may leave out: lights that face away from all receivers, or lie behind all of
-/// them.
-fn culling_of(receivers: &[Receiver]) -> LightPathParams {
-    let fold = |f: fn(f32, f32) -> f32, start: f32| {
-        receivers.iter().fold([start; 3], |a, r| std::array::from_fn(|i| f(a[i], r.position[i])))
-    };
-    let normal = receivers.first().map_or([0.0; 3], |r| r.normal);
-    LightPathParams {
-        receivers_low: fold(f32::min, f32::INFINITY),
-        receivers_high: fold(f32::max, f32::NEG_INFINITY),
-        common_normal: u32::from(receivers.iter().all(|r| r.normal == normal)),
-        normal,
-        ..LightPathParams::default()
     }
 }
 

@@ -1,0 +1,398 @@
+//! View matrix of a picture: one row per pixel.
+//!
+//! `V[pixel][bin]` is the radiance that the pixel shows when the windows emit radiance 1 into the
+//! directions of that bin (dimensionless). Windows seen directly are counted exactly on a fixed
+//! grid of rays in each pixel; behind every pixel lies, per batch, one point of a diffuse surface
+//! whose irradiance is found as for sensors (see [`view_matrix`](super::view_matrix)), with few
+//! rays per pixel for all bins together:
+//!
+//! | step | shader |
+//! |---|---|
+//! | windows seen directly; the surface point behind each pixel | `pixel_receivers` |
+//! | irradiance straight from the windows | `pixel_direct` |
+//! | light paths shared by all pixels | `light_paths`, `pixel_gather` |
+//! | short connections, mirrors | `view_near` |
+//!
+//! The share of light that arrives in a bin is estimated from that bin's rays and, where it has
+//! few, from those of the whole pixel: consistent, exact where nothing is in the way.
+
+#[cfg(test)]
+mod tests;
+
+use crate::camera::{PixelSamples, Raster};
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Device, Kernel, Plan};
+use crate::gpu_struct;
+use crate::kernels::light_paths::{
+    LightPathKernels, LightPathOptions, LightPaths, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
+};
+use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::progress::{Progress, cancelled};
+use crate::scene::{Scene, Window};
+use rayon::prelude::*;
+
+gpu_struct! {
+    /// Parameters of the tile's kernels (`shared/pixel.wgsl`).
+    pub(crate) struct TileParams {
+        seed: u32,
+        pixels: u32,
+        padding: u32,
+        batches: u32,
+        bins: u32,
+        window_count: u32,
+        subpixels: u32,
+        window_samples: u32,
+        traced_every: u32,
+        lights: u32,
+        near_radius: f32,
+        unit: f32,
+    }
+}
+
+gpu_struct! {
+    /// A camera ray in the tracer's coordinates (`trace/pixel_receivers.wgsl`).
+    pub(crate) struct PixelRay {
+        origin: [f32; 3],
+        length: f32,
+        direction: [f32; 3],
+        number: u32,
+    }
+}
+
+gpu_struct! {
+    /// A row under construction (`shared/pixel.wgsl`).
+    pub(crate) struct BinShare {
+        unobstructed: [f32; 3],
+        traced: f32,
+        arrived: [f32; 3],
+        padding: u32,
+    }
+}
+
+/// How much to sample. Every number is per pixel or bin *and batch*.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImageOptions {
+    /// Radiance's `-ab`: 0 shows only the windows, 1 adds what they light directly; `None` does not
+    /// truncate.
+    pub bounces: Option<u32>,
+    /// Independent repetitions, each with its own surface point in every pixel. At least 2.
+    pub batches: u32,
+    /// Rays per pixel for directly seen windows; at least `batches`.
+    pub subpixels: u32,
+    /// Samples of the windows per surface point.
+    pub window_samples: u32,
+    /// Every how many of them a ray is traced.
+    pub traced_every: u32,
+    /// Light paths per bin.
+    pub light_paths: u32,
+    /// Rays per pixel and reflection to the light paths' vertices; at most 64.
+    pub visibility_rays: u32,
+    /// Paths per pixel for short connections and mirrors.
+    pub near_samples: u32,
+    /// Connections shorter than this multiple of the windows' size are left to `near_samples`.
+    pub near_radius: f32,
+    /// Path weight below which Russian roulette decides.
+    pub roulette_weight: f32,
+    /// Part of the pixel over which samples are spread (`vwrays -pj`).
+    pub jitter: f64,
+    /// Same seed, same device: same bits.
+    pub seed: u32,
+    /// Device memory to use, bytes.
+    pub memory: u64,
+}
+
+impl Default for ImageOptions {
+    fn default() -> Self {
+        Self {
+            bounces: None,
+            batches: 4,
+            subpixels: 16,
+            window_samples: 128,
+            traced_every: 4,
+            light_paths: 8,
+            visibility_rays: 16,
+            near_samples: 8,
+            near_radius: 0.15,
+            roulette_weight: 0.05,
+            jitter: 1.0,
+            seed: 1,
+            memory: 1 << 30,
+        }
+    }
+}
+
+/// `MOST_RAYS` of `pixel_gather`.
+const MOST_VISIBILITY_RAYS: u32 = 64;
+/// Pixels of a tile, at most: bounds the time of a dispatch.
+const MOST_TILE_PIXELS: usize = 8192;
+
+/// Shaders of this module, for the tests.
+pub fn registered() -> Vec<crate::gpu::Registered> {
+    use crate::gpu::Registered;
+    vec![
+        Registered::new("trace/pixel_receivers").with::<TileParams>().with::<PixelRay>().with::<Receiver>(),
+        Registered::new("trace/pixel_direct").with::<TileParams>().with::<BinShare>().with::<Receiver>(),
+        Registered::new("trace/pixel_gather").with::<TileParams>().with::<BinShare>().with::<VirtualLight>(),
+    ]
+}
+
+/// Rows of some consecutive pixels (row-major from the top left).
+#[derive(Debug, Clone, PartialEq)]
+pub struct PixelRows {
+    /// Number of the first pixel.
+    pub first: usize,
+    /// Number of pixels.
+    pub pixels: usize,
+    /// `[pixel][bin][rgb]`
+    pub values: Vec<f32>,
+    /// Standard error of each value.
+    pub standard_error: Vec<f32>,
+    /// The part seen without any diffuse reflection: the windows themselves.
+    pub direct_view: Vec<f32>,
+}
+
+/// Computes the view matrix of a picture and hands it over tile by tile, in order of the pixels, so
+/// that it never has to be in memory as a whole. Pixels outside the view are zero and cost
+/// nothing.
+///
+/// # Errors
+/// If there is no window, the options make no sense, the device fails or loses paths, `sink`
+/// fails, or when stopped by `progress`.
+pub fn compute(
+    device: &Device,
+    scene: &Scene,
+    windows: &[Window],
+    raster: &Raster,
+    options: &ImageOptions,
+    progress: &dyn Progress,
+    sink: &mut dyn FnMut(PixelRows) -> Result<()>,
+) -> Result<TraceStatistics> {
+    let o = options;
+    if o.batches < 2 || o.subpixels < o.batches || o.window_samples == 0 || o.traced_every == 0 || o.light_paths == 0 {
+        return Err(Error::new("a picture needs at least two batches, as many subpixels, and samples of everything"));
+    }
+    if !(1..=MOST_VISIBILITY_RAYS).contains(&o.visibility_rays) {
+        return Err(Error::new(format!("{} visibility rays are outside 1 to {MOST_VISIBILITY_RAYS}", o.visibility_rays)));
+    }
+    let tables = TraceTables::new(scene, windows, WindowSurfaces::Absorb)?;
+    let tracer = ImageTracer::new(device, tables, o)?;
+    let mut statistics = TraceStatistics::default();
+    let bins = tracer.tables.bins() as u64;
+    let batches = u64::from(o.batches);
+    let per_pixel = [batches * bins * 32, batches * bins * 12, batches * bins * 12, bins * 12, u64::from(o.subpixels) * 32];
+    let plan = Plan::new(device, o.memory, raster.len(), &per_pixel, &[], 1)?.at_most(MOST_TILE_PIXELS);
+    let samples = PixelSamples::new(o.subpixels as usize, o.jitter, u64::from(o.seed))?;
+    for chunk in plan.chunks() {
+        progress.update("view matrix of the picture", chunk.first as f64 / raster.len() as f64);
+        if progress.stop_requested() {
+            return Err(cancelled());
+        }
+        sink(tracer.tile(raster, &samples, chunk.first, chunk.count, &mut statistics)?)?;
+    }
+    progress.update("view matrix of the picture", 1.0);
+    Ok(statistics)
+}
+
+struct ImageTracer<'d> {
+    device: &'d Device,
+    tables: TraceTables,
+    scene: TraceScene,
+    options: ImageOptions,
+    receivers: Kernel,
+    direct: Kernel,
+    gather: Kernel,
+    near: Kernel,
+    light_paths: LightPathKernels,
+    counters: Buffer,
+}
+
+impl<'d> ImageTracer<'d> {
+    fn new(device: &'d Device, tables: TraceTables, options: &ImageOptions) -> Result<Self> {
+        let scene = tables.upload(device)?;
+        let glass = ("HAS_GLASS", f64::from(u8::from(tables.features.glass)));
+        Ok(Self {
+            device,
+            scene,
+            options: *options,
+            receivers: Kernel::new(device, "trace/pixel_receivers", &[], &[])?,
+            direct: Kernel::new(device, "trace/pixel_direct", &[], &[glass])?,
+            gather: Kernel::new(device, "trace/pixel_gather", &[], &[glass, ("RAYS", f64::from(options.visibility_rays))])?,
+            near: Kernel::new(device, "trace/view_near", &[], &[glass])?,
+            light_paths: LightPathKernels::new(device)?,
+            counters: device.zeros::<Counters>("path counters", 1)?,
+            tables,
+        })
+    }
+
+    /// Rows of `count` pixels from `first` on; only those inside the view are traced.
+    fn tile(&self, raster: &Raster, samples: &PixelSamples, first: usize, count: usize, statistics: &mut TraceStatistics) -> Result<PixelRows> {
+        let bins = self.tables.bins();
+        let inside: Vec<usize> =
+            (first..first + count).filter(|&p| raster.is_seen(p % raster.width(), p / raster.width())).collect();
+        let mut rows = PixelRows {
+            first,
+            pixels: count,
+            values: vec![0.0; count * bins * 3],
+            standard_error: vec![0.0; count * bins * 3],
+            direct_view: vec![0.0; count * bins * 3],
+        };
+        if inside.is_empty() {
+            return Ok(rows);
+        }
+        let tile = self.trace(raster, samples, &inside, statistics)?;
+        let batches = self.options.batches as usize;
+        let unit = self.unit();
+        let row_len = bins * 3;
+        rows.values
+            .par_chunks_mut(row_len)
+            .zip(rows.standard_error.par_chunks_mut(row_len))
+            .zip(rows.direct_view.par_chunks_mut(row_len))
+            .enumerate()
+            .for_each(|(pixel, ((values, errors), direct_view))| {
+                let Ok(pixel) = inside.binary_search(&(first + pixel)) else { return };
+                for (i, ((value, error), direct)) in values.iter_mut().zip(errors).zip(direct_view).enumerate() {
+                    let (bin, c) = (i / 3, i % 3);
+                    let (mut sum, mut squares) = (0.0f64, 0.0f64);
+                    for batch in 0..batches {
+                        let at = batch * inside.len() + pixel;
+                        let mut v = f64::from(tile.sums[((bin * batches + batch) * inside.len() + pixel) * 3 + c]);
+                        if let Some(near) = &tile.near {
+                            v += f64::from(near[(at * bins + bin) * 3 + c]) * f64::from(tile.weights[at][c]);
+                        }
+                        sum += v;
+                        squares += v * v;
+                    }
+                    let n = batches as f64;
+                    *direct = tile.seen[(pixel * bins + bin) * 3 + c] as f32 / unit / self.options.subpixels as f32;
+                    *value = (sum / n) as f32 + *direct;
+                    *error = ((squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0)).sqrt() as f32;
+                }
+            });
+        Ok(rows)
+    }
+
+    /// Fixed-point units of one subpixel ray: weights stay below 2.
+    fn unit(&self) -> f32 {
+        (1u32 << 31) as f32 / (self.options.subpixels * 2) as f32
+    }
+
+    fn trace(&self, raster: &Raster, samples: &PixelSamples, inside: &[usize], statistics: &mut TraceStatistics) -> Result<TracedTile> {
+        let (o, device) = (&self.options, self.device);
+        let bins = self.tables.bins();
+        let (pixels, batches) = (inside.len(), o.batches as usize);
+        let rays: Vec<PixelRay> = (0..o.subpixels as usize)
+            .into_par_iter()
+            .flat_map_iter(|subpixel| inside.iter().map(move |&pixel| self.ray(raster, samples, pixel, subpixel)))
+            .collect();
+        let params = TileParams {
+            seed: stream_seed(o.seed, 0, 0x7069_7865),
+            pixels: pixels as u32,
+            padding: 0,
+            batches: o.batches,
+            bins: bins as u32,
+            window_count: self.tables.windows.len() as u32,
+            subpixels: o.subpixels,
+            window_samples: o.window_samples,
+            traced_every: o.traced_every,
+            lights: o.light_paths,
+            near_radius: o.near_radius,
+            unit: self.unit(),
+        };
+        let params_buffer = device.uniform("tile parameters", &params)?;
+        let rays = device.upload("camera rays", &rays)?;
+        let receivers = device.zeros::<Receiver>("receivers of the pixels", batches * pixels)?;
+        let weights = device.zeros::<[f32; 4]>("weights of the receivers", batches * pixels)?;
+        let seen = device.zeros::<u32>("windows seen directly", pixels * bins * 3)?;
+        let shares = device.zeros::<BinShare>("shares of the bins", batches * pixels * bins)?;
+        let sums = device.zeros::<f32>("rows of the picture", batches * pixels * bins * 3)?;
+        let groups = (pixels as u32).div_ceil(64);
+
+        let own = [("params", &params_buffer), ("rays", &rays), ("receivers", &receivers), ("receiver_weights", &weights), ("seen", &seen)];
+        self.run(&self.receivers, &own, [groups, o.subpixels, 1], pixels as u64 * u64::from(o.subpixels), statistics)?;
+        let reached = o.bounces.is_none_or(|b| b > 0);
+        let mut near = None;
+        if reached {
+            let own =
+                [("params", &params_buffer), ("receivers", &receivers), ("receiver_weights", &weights), ("shares", &shares), ("sums", &sums)];
+            self.run(&self.direct, &own, [groups, o.batches, 1], (pixels * batches) as u64, statistics)?;
+            statistics.segments += pixels as u64 * u64::from(o.batches) * u64::from(o.window_samples.div_ceil(o.traced_every));
+        }
+        let reflected = o.bounces.is_none_or(|b| b > 1);
+        if reflected || (reached && self.tables.features.specular) {
+            let near_options = NearOptions {
+                samples: o.near_samples,
+                batches: o.batches,
+                bounces: o.bounces,
+                seed: o.seed,
+                near_radius: o.near_radius,
+                roulette_weight: o.roulette_weight,
+                receivers_per_batch: true,
+            };
+            let which = (&receivers, pixels);
+            near = Some(near_paths(device, (&self.tables, &self.scene), &self.near, &near_options, which, statistics)?);
+        }
+        if reflected {
+            let path_options = LightPathOptions { paths: o.light_paths, batches: o.batches, bounces: o.bounces, seed: o.seed };
+            let paths = LightPaths::new(device, &self.tables, &self.scene, &self.light_paths, path_options, None)?;
+            for vertex in 0..paths.most_vertices() {
+                let go_on = paths.advance(vertex, statistics)?;
+                let params = device.uniform("tile parameters", &TileParams { seed: stream_seed(o.seed, vertex, 0x6761_7468), ..params })?;
+                let own = [
+                    ("params", &params),
+                    ("receivers", &receivers),
+                    ("receiver_weights", &weights),
+                    ("shares", &shares),
+                    ("sums", &sums),
+                    ("lights", &paths.lights),
+                    ("light_counts", &paths.light_counts),
+                ];
+                self.run(&self.gather, &own, [groups, o.batches, 1], (pixels * batches) as u64, statistics)?;
+                statistics.segments += (pixels * batches) as u64 * u64::from(o.visibility_rays);
+                if !go_on {
+                    break;
+                }
+            }
+        }
+        Ok(TracedTile { sums: device.read_finite(&sums)?, seen: device.read(&seen)?, weights: device.read(&weights)?, near })
+    }
+
+    fn run(
+        &self,
+        kernel: &Kernel,
+        own: &[(&str, &Buffer)],
+        workgroups: [u32; 3],
+        started: u64,
+        statistics: &mut TraceStatistics,
+    ) -> Result<()> {
+        self.device.write(&self.counters, &[Counters::default()])?;
+        let mut all = own.to_vec();
+        all.push(("counters", &self.counters));
+        let bind = kernel.bind(&self.scene.bindings(&all))?;
+        self.device.dispatch(kernel, &bind, workgroups)?;
+        finish_dispatch(self.device, &self.counters, started, kernel.label(), statistics)?;
+        Ok(())
+    }
+
+    fn ray(&self, raster: &Raster, samples: &PixelSamples, pixel: usize, subpixel: usize) -> PixelRay {
+        let (column, row) = (pixel % raster.width(), pixel / raster.width());
+        // At the rim a sample may fall outside the view although the centre is inside.
+        let ray = raster.sample(column, row, samples.offset(pixel, subpixel)).or_else(|| raster.ray(column, row));
+        ray.map_or_else(|| PixelRay { number: pixel as u32, ..PixelRay::default() }, |r| PixelRay {
+            origin: self.tables.normalization.point(r.origin).to_array(),
+            length: if r.length > 0.0 { (r.length * self.tables.normalization.scale) as f32 } else { 1e30 },
+            direction: r.direction.as_vec3().to_array(),
+            number: pixel as u32,
+        })
+    }
+}
+
+struct TracedTile {
+    /// `[bin][batch][pixel][rgb]`
+    sums: Vec<f32>,
+    /// `[pixel][bin][rgb]`, fixed point.
+    seen: Vec<u32>,
+    /// `[batch][pixel][rgb and nothing]`
+    weights: Vec<[f32; 4]>,
+    /// `[batch][pixel][bin][rgb]`
+    near: Option<Vec<f32>>,
+}

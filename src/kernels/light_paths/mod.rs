@@ -1,0 +1,325 @@
+//! Light paths from the windows into the room, and paths from receivers for what they cannot give:
+//! the parts that the view matrices of sensors and of pictures have in common.
+
+use crate::error::Result;
+use crate::gpu::{BindGroup, Buffer, Device, Kernel};
+use crate::gpu_struct;
+use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, check_finished, stream_seed};
+
+gpu_struct! {
+    /// Parameters of `trace/light_paths`.
+    pub(crate) struct LightPathParams {
+        pub seed: u32,
+        pub paths: u32,
+        pub bins: u32,
+        pub window_count: u32,
+        pub vertex: u32,
+        pub last: u32,
+        pub batches: u32,
+        pub common_normal: u32,
+        pub receivers_low: [f32; 3],
+        pub padding0: u32,
+        pub receivers_high: [f32; 3],
+        pub padding1: u32,
+        pub normal: [f32; 3],
+        pub padding2: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `trace/light_compact`.
+    pub(crate) struct CompactParams {
+        pub bins: u32,
+        pub lights: u32,
+        pub batches: u32,
+        pub padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// State of a light path between dispatches.
+    pub(crate) struct LightPath {
+        pub position: [f32; 3],
+        pub alive: u32,
+        pub direction: [f32; 3],
+        pub pairs: u32,
+        pub flux: [f32; 3],
+        pub padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// A diffuse vertex of a light path.
+    pub(crate) struct VirtualLight {
+        pub position: [f32; 3],
+        pub strength: f32,
+        pub normal: [f32; 3],
+        pub padding1: u32,
+        pub flux: [f32; 3],
+        pub padding2: u32,
+    }
+}
+
+gpu_struct! {
+    /// A receiver in the tracer's coordinates.
+    pub(crate) struct Receiver {
+        pub position: [f32; 3],
+        pub number: u32,
+        pub normal: [f32; 3],
+        pub padding1: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `trace/view_near`.
+    pub(crate) struct NearParams {
+        pub seed: u32,
+        pub sensors: u32,
+        pub samples: u32,
+        pub bins: u32,
+        pub window_count: u32,
+        pub unit: f32,
+        pub batches: u32,
+        pub most_bounces: u32,
+        pub near_radius: f32,
+        pub roulette_weight: f32,
+        pub padding_number: u32,
+        pub batch_stride: u32,
+    }
+}
+
+/// Rounds of light paths after which an untruncated computation stops; roulette ends paths long
+/// before.
+const MOST_VERTICES: u32 = 256;
+/// Bound on what one path of `view_near` may add to one cell, sr.
+const NEAR_BOUND: f64 = 64.0;
+
+/// Shaders of this module, for the tests.
+pub fn registered() -> Vec<crate::gpu::Registered> {
+    use crate::gpu::Registered;
+    use crate::kernels::trace;
+    vec![
+        Registered::new("trace/light_paths")
+            .with::<LightPathParams>()
+            .with::<LightPath>()
+            .with::<VirtualLight>()
+            .with::<trace::Material>()
+            .with::<trace::Window>()
+            .with::<trace::Ring>()
+            .with::<trace::Counters>(),
+        Registered::new("trace/light_compact").with::<CompactParams>().with::<VirtualLight>(),
+        Registered::new("trace/view_near").with::<NearParams>().with::<Receiver>(),
+    ]
+}
+
+/// How many light paths, and how long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LightPathOptions {
+    /// Per bin and batch.
+    pub paths: u32,
+    /// Batches.
+    pub batches: u32,
+    /// Radiance's `-ab`.
+    pub bounces: Option<u32>,
+    /// Seed of the matrix.
+    pub seed: u32,
+}
+
+/// Light paths of all bins and batches, advanced by one diffuse vertex at a time.
+pub(crate) struct LightPaths<'a> {
+    device: &'a Device,
+    scene: &'a TraceScene,
+    options: LightPathOptions,
+    bins: u32,
+    window_count: u32,
+    culling: LightPathParams,
+    kernel: &'a LightPathKernels,
+    paths: Buffer,
+    compact: BindGroup,
+    counters: Buffer,
+    /// `[batch][bin][path]`, those that give light first.
+    pub lights: Buffer,
+    /// `[batch][bin]`
+    pub light_counts: Buffer,
+}
+
+/// Compiled once, used for every tile.
+pub(crate) struct LightPathKernels {
+    paths: Kernel,
+    compact: Kernel,
+}
+
+impl LightPathKernels {
+    pub fn new(device: &Device) -> Result<Self> {
+        Ok(Self { paths: Kernel::new(device, "trace/light_paths", &[], &[])?, compact: Kernel::new(device, "trace/light_compact", &[], &[])? })
+    }
+}
+
+impl<'a> LightPaths<'a> {
+    /// Prepares the paths; `receivers` are those that will be lit, `None` if they are anywhere.
+    pub fn new(
+        device: &'a Device,
+        tables: &TraceTables,
+        scene: &'a TraceScene,
+        kernel: &'a LightPathKernels,
+        options: LightPathOptions,
+        receivers: Option<&[Receiver]>,
+    ) -> Result<Self> {
+        let bins = tables.bins() as u32;
+        let total = (options.batches * bins * options.paths) as usize;
+        let lights = device.zeros::<VirtualLight>("virtual lights", total)?;
+        let light_counts = device.zeros::<u32>("lights per bin", (options.batches * bins) as usize)?;
+        let counters = device.zeros::<Counters>("path counters", 1)?;
+        let params = device.uniform("compaction", &CompactParams { bins, lights: options.paths, batches: options.batches, padding: 0 })?;
+        let compact =
+            kernel.compact.bind(&[("params", &params), ("lights", &lights), ("light_counts", &light_counts), ("counters", &counters)])?;
+        Ok(Self {
+            device,
+            scene,
+            options,
+            bins,
+            window_count: tables.windows.len() as u32,
+            culling: receivers.map_or_else(no_culling, culling_of),
+            kernel,
+            paths: device.zeros::<LightPath>("light paths", total)?,
+            compact,
+            counters,
+            lights,
+            light_counts,
+        })
+    }
+
+    /// Most diffuse vertices a path may have.
+    pub fn most_vertices(&self) -> u32 {
+        self.options.bounces.map_or(MOST_VERTICES, |b| b.saturating_sub(1))
+    }
+
+    /// Goes on to vertex number `vertex` (from 0) and leaves its virtual lights in `lights`. Returns
+    /// whether paths are left that go on.
+    ///
+    /// # Errors
+    /// If the device fails or loses paths.
+    pub fn advance(&self, vertex: u32, statistics: &mut TraceStatistics) -> Result<bool> {
+        let o = &self.options;
+        let params = LightPathParams {
+            seed: o.seed ^ 0x6c69_6768,
+            paths: o.paths,
+            bins: self.bins,
+            window_count: self.window_count,
+            vertex,
+            last: u32::from(vertex + 1 == self.most_vertices()),
+            batches: o.batches,
+            ..self.culling
+        };
+        let params = self.device.uniform("light path parameters", &params)?;
+        self.device.write(&self.counters, &[Counters::default()])?;
+        let bind = self.kernel.paths.bind(&self.scene.bindings(&[
+            ("params", &params),
+            ("paths", &self.paths),
+            ("lights", &self.lights),
+            ("counters", &self.counters),
+        ]))?;
+        self.device.dispatch(&self.kernel.paths, &bind, [o.paths.div_ceil(64), self.bins, o.batches])?;
+        let started = u64::from(o.paths) * u64::from(self.bins * o.batches);
+        let alive = finish_dispatch(self.device, &self.counters, started, "light paths", statistics)?.alive;
+        self.device.write(&self.counters, &[Counters::default()])?;
+        self.device.dispatch(&self.kernel.compact, &self.compact, [self.bins.div_ceil(64), o.batches, 1])?;
+        let mut ignored = TraceStatistics::default();
+        finish_dispatch(self.device, &self.counters, u64::from(self.bins * o.batches), "compaction of lights", &mut ignored)?;
+        Ok(alive > 0)
+    }
+}
+
+/// Checks that all paths of the last dispatch finished and counts them.
+pub(crate) fn finish_dispatch(
+    device: &Device,
+    counters: &Buffer,
+    started: u64,
+    what: &str,
+    statistics: &mut TraceStatistics,
+) -> Result<Counters> {
+    let found = device.read::<Counters>(counters)?[0];
+    check_finished(&found, started, what)?;
+    statistics.paths += started;
+    statistics.segments += u64::from(found.segments);
+    Ok(found)
+}
+
+/// What `light_paths` may leave out: lights that face away from all receivers, or lie behind all of
+/// them.
+fn culling_of(receivers: &[Receiver]) -> LightPathParams {
+    let fold = |f: fn(f32, f32) -> f32, start: f32| {
+        receivers.iter().fold([start; 3], |a, r| std::array::from_fn(|i| f(a[i], r.position[i])))
+    };
+    let normal = receivers.first().map_or([0.0; 3], |r| r.normal);
+    LightPathParams {
+        receivers_low: fold(f32::min, f32::INFINITY),
+        receivers_high: fold(f32::max, f32::NEG_INFINITY),
+        common_normal: u32::from(receivers.iter().all(|r| r.normal == normal)),
+        normal,
+        ..LightPathParams::default()
+    }
+}
+
+fn no_culling() -> LightPathParams {
+    LightPathParams { receivers_low: [-1e30; 3], receivers_high: [1e30; 3], ..LightPathParams::default() }
+}
+
+/// How the paths from receivers are sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NearOptions {
+    /// Paths per receiver and batch.
+    pub samples: u32,
+    /// Batches.
+    pub batches: u32,
+    /// Radiance's `-ab`.
+    pub bounces: Option<u32>,
+    /// Seed of the matrix.
+    pub seed: u32,
+    /// Connections shorter than this are theirs.
+    pub near_radius: f32,
+    /// Weight below which Russian roulette decides.
+    pub roulette_weight: f32,
+    /// Whether every batch has its own receivers.
+    pub receivers_per_batch: bool,
+}
+
+/// Paths from `count` receivers: irradiance coefficients that
+/// the light paths leave out, `[batch][receiver][bin][rgb]`, sr.
+///
+/// # Errors
+/// If the device fails or loses paths.
+pub(crate) fn near_paths(
+    device: &Device,
+    (tables, scene): (&TraceTables, &TraceScene),
+    kernel: &Kernel,
+    options: &NearOptions,
+    (receivers, count): (&Buffer, usize),
+    statistics: &mut TraceStatistics,
+) -> Result<Vec<f32>> {
+    let bins = tables.bins();
+    let params = NearParams {
+        seed: stream_seed(options.seed, 0, 0x6e65_6172),
+        sensors: count as u32,
+        samples: options.samples,
+        bins: bins as u32,
+        window_count: tables.windows.len() as u32,
+        unit: (f64::from(u32::MAX) / (NEAR_BOUND * f64::from(options.samples))) as f32,
+        batches: options.batches,
+        most_bounces: options.bounces.map_or(u32::MAX, |b| b.saturating_sub(1)),
+        near_radius: options.near_radius,
+        roulette_weight: options.roulette_weight,
+        padding_number: 0,
+        batch_stride: if options.receivers_per_batch { count as u32 } else { 0 },
+    };
+    let what = "short connections of the view matrix";
+    let params = device.uniform(what, &params)?;
+    let sums = device.zeros::<u32>(what, options.batches as usize * count * bins * 3)?;
+    let counters = device.zeros::<Counters>("path counters", 1)?;
+    let bind = kernel.bind(&scene.bindings(&[("params", &params), ("sensors", receivers), ("sums", &sums), ("counters", &counters)]))?;
+    device.dispatch(kernel, &bind, [options.samples.div_ceil(64), count as u32, options.batches])?;
+    let started = u64::from(options.samples) * count as u64 * u64::from(options.batches);
+    finish_dispatch(device, &counters, started, what, statistics)?;
+    let scale = NEAR_BOUND / f64::from(u32::MAX);
+    Ok(device.read::<u32>(&sums)?.into_iter().map(|units| (f64::from(units) * scale) as f32).collect())
+}
