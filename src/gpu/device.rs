@@ -298,12 +298,12 @@ mod tests {
 
     impl Device {
         /// The shared device for unit tests. Without a device: `None`, after a loud line that names
-        /// `what` is skipped, or a panic if `REQUIRE_GPU=1` is set.
+        /// `what` is skipped, or a panic if `LUCARNE_REQUIRE_GPU=1` is set.
         pub(crate) fn for_tests(what: &str) -> Option<Self> {
             match Self::shared() {
                 Ok(device) => Some(device),
                 Err(error) => {
-                    assert!(std::env::var_os("REQUIRE_GPU").is_none_or(|v| v != "1"), "REQUIRE_GPU=1, but {error}");
+                    assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "LUCARNE_REQUIRE_GPU=1, but {error}");
                     eprintln!("SKIPPED {what}: {error}");
                     None
                 }

@@ -25,6 +25,7 @@ mod sources;
 pub use bytemuck;
 
 pub use buffer::{Buffer, Finite};
+pub(crate) use buffer::check_finite;
 pub use device::{AdapterSummary, Device, DeviceKind, NO_DEVICE_HELP, list};
 pub use kernel::{Batch, BindGroup, Kernel};
 pub use layout::{Field, GpuStruct, Registered, StructLayout};

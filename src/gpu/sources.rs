@@ -10,9 +10,13 @@ macro_rules! sources {
 // One line per file, in alphabetical order.
 sources![
     "diagnostic/loop_limit",
+    "product/gemm_subgroup",
+    "product/gemm_tiled",
+    "product/pack",
     "shared/bins",
     "shared/bvh",
     "shared/counters",
+    "shared/gemm",
     "shared/material",
     "shared/pixel",
     "shared/random",

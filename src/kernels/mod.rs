@@ -3,6 +3,7 @@
 pub mod daylight_matrix;
 pub mod image_matrix;
 pub mod light_paths;
+pub mod product;
 pub mod trace;
 pub mod view_matrix;
 
@@ -13,5 +14,6 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(light_paths::registered());
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
+    all.extend(product::registered());
     all
 }

@@ -1,0 +1,326 @@
+//! Products on the GPU.
+
+use super::{Arrangement, Factor, Multiplier, Values, check_fit, lanes};
+use crate::error::{Error, Result};
+use crate::gpu::{check_finite, Buffer, Chunk, Device, DeviceKind, Kernel, Plan, Registered};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+crate::gpu_struct! {
+    /// Parameters of `product/pack`.
+    pub struct PackParams {
+        /// Rows of the matrix.
+        pub rows: u32,
+        /// Columns of the matrix.
+        pub columns: u32,
+        /// Values per entry.
+        pub components: u32,
+        /// Distance in the plane between neighbours in a column.
+        pub row_stride: u32,
+        /// Distance in the plane between neighbours in a row.
+        pub column_stride: u32,
+        /// Distance between planes.
+        pub plane: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// Parameters of the product kernels; see `shared/gemm.wgsl`. All but the first count quads.
+    pub struct GemmParams {
+        /// Terms of each sum, padded.
+        pub inner: u32,
+        /// First column of the tile in the right factor.
+        pub first_column: u32,
+        /// Distance between terms in the left factor.
+        pub left_stride: u32,
+        /// Distance between terms in the right factor.
+        pub right_stride: u32,
+        /// Distance between components in the left factor.
+        pub left_plane: u32,
+        /// Distance between components in the right factor.
+        pub right_plane: u32,
+        /// Distance between rows (or columns) of the tile.
+        pub stride: u32,
+        /// Distance between components of the tile.
+        pub plane: u32,
+    }
+}
+
+/// Factors are padded with zeros to these multiples, rows and columns to whole tiles of either
+/// kernel, terms to the depth of a tile.
+const OUTER_MULTIPLE: usize = 128;
+const INNER_MULTIPLE: usize = 8;
+/// Invocations per workgroup of `product/pack`.
+const PACK_WORKGROUP: u64 = 64;
+/// Entries per side of a workgroup's tile in `product/gemm_tiled`.
+const TILE: u32 = 128;
+/// Subgroup sizes of software devices; with more lanes a tile's sums would not fit any registers.
+const LANES: [u32; 3] = [4, 8, 16];
+/// Shader features of [`Arrangement::Rows`] and [`Arrangement::Columns`].
+const ARRANGEMENTS: [&[&str]; 2] = [&[], &["columns"]];
+
+pub(super) fn registered() -> Vec<Registered> {
+    let mut all = vec![Registered::new("product/pack").with::<PackParams>()];
+    for features in ARRANGEMENTS {
+        all.push(Registered::new("product/gemm_tiled").features(features).with::<GemmParams>());
+        for lanes in LANES {
+            let text = lanes::wgsl(lanes);
+            all.push(Registered::new("product/gemm_subgroup").features(features).generated("generated/lanes", text).with::<GemmParams>());
+        }
+    }
+    all
+}
+
+/// Which kernel multiplies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DeviceKernel {
+    /// `product/gemm_subgroup`: registers and broadcasts; the fastest on software devices.
+    Subgroup,
+    /// `product/gemm_tiled`: workgroup memory; runs everywhere, made for graphics cards.
+    Tiled,
+}
+
+/// Multiplies on a GPU device.
+pub struct OnDevice {
+    device: Device,
+    pack: Kernel,
+    /// For [`Arrangement::Rows`] and [`Arrangement::Columns`].
+    gemm: [Kernel; 2],
+    /// Rows and columns of a workgroup's tile.
+    workgroup: [u32; 2],
+    name: &'static str,
+    /// Largest tile of a product, bytes.
+    tile_bytes: u64,
+}
+
+/// A part of a factor on the device: one plane `[term][outer]` per component, padded with zeros.
+pub(super) struct Packed {
+    chunk: Chunk,
+    stride: usize,
+    plane: usize,
+    planes: Buffer,
+}
+
+/// A tile of a product as the device left it: `[component][slow][fast]` with padding.
+struct Tile {
+    values: Vec<f32>,
+    stride: usize,
+    plane: usize,
+}
+
+impl OnDevice {
+    /// The multiplier with the kernel that suits the device.
+    ///
+    /// # Errors
+    /// Refusal by the driver.
+    pub fn new(device: &Device) -> Result<Self> {
+        let software = device.summary().kind == DeviceKind::Cpu;
+        let kernel = if software && device.subgroup_size().is_some_and(|lanes| LANES.contains(&lanes)) { DeviceKernel::Subgroup } else { DeviceKernel::Tiled };
+        Self::with_kernel(device, kernel)
+    }
+
+    /// The multiplier with a chosen kernel.
+    ///
+    /// # Errors
+    /// A device without a fixed subgroup size for [`DeviceKernel::Subgroup`]; refusal by the driver.
+    pub fn with_kernel(device: &Device, kernel: DeviceKernel) -> Result<Self> {
+        let pack = Kernel::new(device, "product/pack", &[], &[])?;
+        let (path, generated, workgroup, name) = match kernel {
+            DeviceKernel::Tiled => ("product/gemm_tiled", None, [TILE, TILE], "tiled"),
+            DeviceKernel::Subgroup => {
+                let lanes = device.subgroup_size().filter(|lanes| LANES.contains(lanes)).ok_or_else(|| {
+                    Error::new(format!("'{}' has no fixed subgroup size among {LANES:?}", device.summary().name))
+                })?;
+                ("product/gemm_subgroup", Some(lanes::wgsl(lanes)), [lanes::rows(lanes), lanes::columns(lanes)], "subgroup")
+            }
+        };
+        let generated: Vec<(&str, &str)> = generated.iter().map(|text| ("generated/lanes", text.as_str())).collect();
+        let variant = |features: &[&str]| Kernel::with_generated(device, path, features, &[], &generated);
+        let gemm = [variant(ARRANGEMENTS[0])?, variant(ARRANGEMENTS[1])?];
+        let limits = device.limits();
+        let tile_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(1 << 30);
+        Ok(Self { device: device.clone(), pack, gemm, workgroup, name, tile_bytes })
+    }
+
+    /// The same with tiles of a product of at most this many bytes.
+    #[must_use]
+    pub fn tiles_of(self, bytes: u64) -> Self {
+        Self { tile_bytes: self.tile_bytes.min(bytes), ..self }
+    }
+
+    /// Cuts a factor into parts that the device can bind, and packs each.
+    fn pack(&self, outer: usize, inner: usize, components: usize, values: &[f32], left: bool) -> Result<Vec<Packed>> {
+        let padded_inner = inner.next_multiple_of(INNER_MULTIPLE);
+        let bytes = (padded_inner * components * size_of::<f32>()) as u64;
+        // Room for the padding of the last part.
+        let binding = self.device.limits().max_storage_buffer_binding_size.min(self.device.limits().max_buffer_size);
+        let reserve = bytes * OUTER_MULTIPLE as u64;
+        if reserve >= binding {
+            return Err(Error::new(format!("{inner} terms per entry are too many for '{}'", self.device.summary().name)));
+        }
+        let plan = Plan::within(binding - reserve, u64::MAX, outer, &[bytes], &[], OUTER_MULTIPLE)?;
+        plan.chunks().map(|chunk| self.pack_part(chunk, outer, inner, components, values, left)).collect()
+    }
+
+    fn pack_part(&self, chunk: Chunk, outer: usize, inner: usize, components: usize, values: &[f32], left: bool) -> Result<Packed> {
+        let stride = chunk.count.next_multiple_of(OUTER_MULTIPLE);
+        let plane = stride * inner.next_multiple_of(INNER_MULTIPLE);
+        // A tile that begins inside may read up to one padding beyond the last term.
+        let planes = self.device.zeros::<f32>(if left { "left factor" } else { "right factor" }, plane * components + OUTER_MULTIPLE)?;
+        let packed = Packed { chunk, stride, plane, planes };
+        if chunk.count == 0 || inner == 0 {
+            return Ok(packed);
+        }
+        let (rows, columns) = if left { (chunk.count, inner) } else { (inner, chunk.count) };
+        let part: Cow<[f32]> = if left {
+            let row = inner * components;
+            Cow::Borrowed(&values[chunk.first * row..(chunk.first + chunk.count) * row])
+        } else if chunk.count == outer {
+            Cow::Borrowed(values)
+        } else {
+            let rows = values.chunks_exact(outer * components);
+            rows.flat_map(|r| &r[chunk.first * components..(chunk.first + chunk.count) * components]).copied().collect()
+        };
+        let interleaved = self.device.upload("factor as it came", &part)?;
+        let params = PackParams {
+            rows: rows as u32,
+            columns: columns as u32,
+            components: components as u32,
+            row_stride: if left { 1 } else { stride as u32 },
+            column_stride: if left { stride as u32 } else { 1 },
+            plane: plane as u32,
+        };
+        let params = self.device.uniform("pack parameters", &params)?;
+        let bindings = self.pack.bind(&[("params", &params), ("interleaved", &interleaved), ("planes", &packed.planes)])?;
+        let grid = self.device.grid(((rows * columns) as u64).div_ceil(PACK_WORKGROUP))?;
+        self.device.dispatch(&self.pack, &bindings, grid)?;
+        Ok(packed)
+    }
+
+    /// Multiplies one part of each factor; `columns` counts from the right part's beginning and
+    /// begins at a multiple of 4.
+    fn tile(&self, left: &Packed, right: &Packed, inner: usize, components: usize, columns: Chunk, arrangement: Arrangement) -> Result<Tile> {
+        let padded = |len: usize| len.next_multiple_of(OUTER_MULTIPLE);
+        let (rows, wide) = (padded(left.chunk.count), padded(columns.count));
+        let (kernel, stride) = match arrangement {
+            Arrangement::Rows => (&self.gemm[0], wide),
+            Arrangement::Columns => (&self.gemm[1], rows),
+        };
+        let plane = rows * wide;
+        let product = self.device.zeros::<f32>("product", plane * components)?;
+        let quads = |values: usize| (values / 4) as u32;
+        let params = GemmParams {
+            inner: inner.next_multiple_of(INNER_MULTIPLE) as u32,
+            first_column: quads(columns.first),
+            left_stride: quads(left.stride),
+            right_stride: quads(right.stride),
+            left_plane: quads(left.plane),
+            right_plane: quads(right.plane),
+            stride: quads(stride),
+            plane: quads(plane),
+        };
+        let params = self.device.uniform("product parameters", &params)?;
+        let bindings =
+            kernel.bind(&[("params", &params), ("left", &left.planes), ("right", &right.planes), ("product", &product)])?;
+        let [down, along] = self.workgroup;
+        self.device.dispatch(kernel, &bindings, [(wide as u32).div_ceil(along), (rows as u32).div_ceil(down), components as u32])?;
+        Ok(Tile { values: self.device.read::<f32>(&product)?, stride, plane })
+    }
+}
+
+impl Multiplier for OnDevice {
+    fn description(&self) -> String {
+        let summary = self.device.summary();
+        format!("{} kernel on {} ({})", self.name, summary.name, summary.backend)
+    }
+
+    fn left<'a>(&self, rows: usize, terms: usize, components: usize, values: Cow<'a, [f32]>) -> Result<Factor<'a>> {
+        assert_eq!(values.len(), rows * terms * components);
+        let parts = self.pack(rows, terms, components, &values, true)?;
+        Ok(Factor { outer: rows, inner: terms, components, values: Values::Device(parts) })
+    }
+
+    fn right<'a>(&self, terms: usize, columns: usize, components: usize, values: Cow<'a, [f32]>) -> Result<Factor<'a>> {
+        assert_eq!(values.len(), terms * columns * components);
+        let parts = self.pack(columns, terms, components, &values, false)?;
+        Ok(Factor { outer: columns, inner: terms, components, values: Values::Device(parts) })
+    }
+
+    fn multiply(&self, left: &Factor, right: &Factor, first: usize, count: usize, arrangement: Arrangement, product: &mut [f32]) -> Result<()> {
+        check_fit(left, right, first, count, product);
+        let (Values::Device(a), Values::Device(b)) = (&left.values, &right.values) else {
+            panic!("the factors belong to another multiplier");
+        };
+        let (rows, components) = (left.outer, left.components);
+        if let Some(limit) = self.device.loop_limit()?
+            && left.inner.next_multiple_of(INNER_MULTIPLE) * 2 > limit as usize
+        {
+            return Err(Error::new(format!("sums of {} terms are too long for '{}'", left.inner, self.device.summary().name))
+                .help("use --device native"));
+        }
+        for a in a {
+            // A tile starts at a multiple of 4 columns and is padded to whole workgroups.
+            let bytes_per_column = (a.chunk.count.next_multiple_of(OUTER_MULTIPLE) * components * size_of::<f32>()) as u64;
+            let widest = (self.tile_bytes / bytes_per_column.max(1)) as usize / OUTER_MULTIPLE * OUTER_MULTIPLE;
+            for b in b {
+                // The wanted columns that lie in this part, counted from its beginning.
+                let to = (first + count).saturating_sub(b.chunk.first).min(b.chunk.count);
+                let mut at = first.saturating_sub(b.chunk.first);
+                while at < to {
+                    let start = at / 4 * 4;
+                    let end = (start + widest.max(OUTER_MULTIPLE)).min(to);
+                    let columns = Chunk { first: start, count: end - start };
+                    let tile = self.tile(a, b, left.inner, components, columns, arrangement)?;
+                    let wanted = Chunk { first: at - start, count: end - at };
+                    tile.scatter(a.chunk, wanted, components, b.chunk.first + at - first, [rows, count], arrangement, product);
+                    at = end;
+                }
+            }
+        }
+        check_finite(product, "product")
+    }
+
+    fn device_bytes(&self, outer: usize, inner: usize, components: usize) -> u64 {
+        (outer.next_multiple_of(OUTER_MULTIPLE) * inner.next_multiple_of(INNER_MULTIPLE) * components * size_of::<f32>()) as u64
+    }
+}
+
+impl Tile {
+    /// Copies the `wanted` columns of this tile of `rows` to column `at` of the whole product, of
+    /// the given height and width, and interleaves the components.
+    #[allow(clippy::too_many_arguments, reason = "one call, all places in three arrays")]
+    fn scatter(
+        &self,
+        rows: Chunk,
+        wanted: Chunk,
+        components: usize,
+        at: usize,
+        [height, width]: [usize; 2],
+        arrangement: Arrangement,
+        product: &mut [f32],
+    ) {
+        // Lines of the product (rows or columns), the stretch of each that this tile fills, and
+        // where the tile has it.
+        let (line, first_line, lines, from, len, skip_lines, skip) = match arrangement {
+            Arrangement::Rows => (width, rows.first, rows.count, at, wanted.count, 0, wanted.first),
+            Arrangement::Columns => (height, at, wanted.count, rows.first, rows.count, wanted.first, 0),
+        };
+        let target = &mut product[first_line * line * components..(first_line + lines) * line * components];
+        target.par_chunks_exact_mut(line * components).enumerate().for_each(|(i, target)| {
+            let start = (skip_lines + i) * self.stride + skip;
+            let planes: Vec<&[f32]> = (0..components).map(|c| &self.values[c * self.plane + start..][..len]).collect();
+            let target = &mut target[from * components..(from + len) * components];
+            if let [red, green, blue] = planes[..] {
+                for (pixel, ((r, g), b)) in target.chunks_exact_mut(3).zip(red.iter().zip(green).zip(blue)) {
+                    pixel.copy_from_slice(&[*r, *g, *b]);
+                }
+            } else {
+                for (component, plane) in planes.into_iter().enumerate() {
+                    for (entry, value) in target.chunks_exact_mut(components).zip(plane) {
+                        entry[component] = *value;
+                    }
+                }
+            }
+        });
+    }
+}

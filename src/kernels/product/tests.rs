@@ -1,0 +1,118 @@
+//! Both ways of multiplying against the f64 reference.
+
+use super::*;
+use crate::gpu::Device;
+
+/// A matrix of reproducible values of mixed sign and size.
+fn matrix(rows: usize, cols: usize, components: usize, seed: u32) -> Matrix<f32> {
+    let mut state = seed.wrapping_mul(2_654_435_761).wrapping_add(1);
+    let data = (0..rows * cols * components)
+        .map(|_| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let unit = (state >> 8) as f32 / 16_777_216.0;
+            (unit - 0.3) * if state % 7 == 0 { 1000.0 } else { 1.0 }
+        })
+        .collect();
+    Matrix::from_data(rows, cols, components, data).unwrap()
+}
+
+fn multipliers(what: &str) -> Vec<Box<dyn Multiplier>> {
+    let mut all: Vec<Box<dyn Multiplier>> = vec![Box::new(Native)];
+    if let Some(device) = Device::for_tests(what) {
+        all.push(Box::new(OnDevice::with_kernel(&device, DeviceKernel::Tiled).unwrap()));
+        if device.subgroup_size().is_some() {
+            all.push(Box::new(OnDevice::with_kernel(&device, DeviceKernel::Subgroup).unwrap()));
+        }
+    }
+    all
+}
+
+/// Shapes below, at and beyond the tiles of every kernel.
+const SHAPES: [(usize, usize, usize, usize); 9] =
+    [(1, 1, 1, 1), (1, 145, 1, 3), (3, 5, 7, 3), (32, 8, 8, 1), (100, 145, 24, 3), (127, 147, 129, 3), (130, 8, 300, 3), (5, 1300, 3, 3), (600, 9, 520, 3)];
+
+#[test]
+fn every_entry_lies_within_the_rounding_bound() {
+    for multiplier in multipliers("products") {
+        for (rows, terms, columns, components) in SHAPES {
+            let (a, b) = (matrix(rows, terms, components, 1), matrix(terms, columns, components, 2));
+            let (exact, magnitudes) = reference::product(&a.map(f64::from), &b.map(f64::from));
+            let got = multiply(&*multiplier, &a, &b).unwrap();
+            for (i, ((g, e), m)) in got.data().iter().zip(exact.data()).zip(magnitudes.data()).enumerate() {
+                let bound = reference::gamma(terms) * m;
+                let error = (f64::from(*g) - e).abs();
+                assert!(error <= bound, "{} {rows}×{terms}×{columns}: entry {i}: {error:e} > {bound:e}", multiplier.description());
+            }
+        }
+    }
+}
+
+#[test]
+fn bits_do_not_depend_on_tiles_and_columns_are_rows_transposed() {
+    let (rows, terms, columns, components) = (700, 61, 530, 3);
+    let (a, b) = (matrix(rows, terms, components, 3), matrix(terms, columns, components, 4));
+    for multiplier in multipliers("tiles of products") {
+        let left = multiplier.left(rows, terms, components, a.data().into()).unwrap();
+        let right = multiplier.right(terms, columns, components, b.data().into()).unwrap();
+        let mut whole = vec![f32::NAN; rows * columns * components];
+        multiplier.multiply(&left, &right, 0, columns, Arrangement::Rows, &mut whole).unwrap();
+        let entry = |row: usize, column: usize| &whole[(row * columns + column) * components..][..components];
+        for (first, count) in [(0, columns), (0, 1), (5, 256), (127, 403), (529, 1)] {
+            let mut part = vec![f32::NAN; rows * count * components];
+            multiplier.multiply(&left, &right, first, count, Arrangement::Columns, &mut part).unwrap();
+            for (i, values) in part.chunks_exact(components).enumerate() {
+                assert_eq!(values, entry(i % rows, first + i / rows), "{} columns {first}+{count}", multiplier.description());
+            }
+        }
+        for (first, count) in [(0, 100), (100, 333), (699, 1)] {
+            let part = &a.data()[first * terms * components..(first + count) * terms * components];
+            let left = multiplier.left(count, terms, components, part.into()).unwrap();
+            let mut got = vec![f32::NAN; count * columns * components];
+            multiplier.multiply(&left, &right, 0, columns, Arrangement::Rows, &mut got).unwrap();
+            assert_eq!(got, whole[first * columns * components..][..got.len()], "{} rows {first}+{count}", multiplier.description());
+        }
+    }
+    let Some(device) = Device::for_tests("small tiles of products") else { return };
+    for bytes in [1, 100_000, 1_000_000] {
+        let kernel = if device.subgroup_size().is_some() { DeviceKernel::Subgroup } else { DeviceKernel::Tiled };
+        let small = OnDevice::with_kernel(&device, kernel).unwrap().tiles_of(bytes);
+        let large = OnDevice::with_kernel(&device, kernel).unwrap();
+        assert!(multiply(&small, &a, &b).unwrap() == multiply(&large, &a, &b).unwrap(), "tiles of {bytes} bytes");
+    }
+}
+
+#[test]
+fn chains_are_evaluated_from_the_right_and_gray_factors_apply_to_all_components() {
+    let (v, t, d, s) = (matrix(4, 9, 3, 5), matrix(9, 9, 1, 6), matrix(9, 11, 3, 7), matrix(11, 6, 3, 8));
+    let t3 = with_components(&t, 3).into_owned();
+    for multiplier in multipliers("chains") {
+        let got = chain(&*multiplier, &[&v, &t, &d, &s]).unwrap();
+        let ds = multiply(&*multiplier, &d, &s).unwrap();
+        let tds = multiply(&*multiplier, &t3, &ds).unwrap();
+        assert_eq!(got, multiply(&*multiplier, &v, &tds).unwrap());
+        assert_eq!(chain(&*multiplier, &[&s]).unwrap(), s);
+    }
+    assert!(chain(&Native, &[]).is_err());
+    let error = chain(&Native, &[&v, &d, &d]).unwrap_err().to_string();
+    assert!(error.contains("matrix 2 has 11 columns, but matrix 3 has 9 rows"), "{error}");
+    assert!(chain(&Native, &[&matrix(2, 2, 2, 1), &matrix(2, 2, 3, 1)]).unwrap_err().to_string().contains("NCOMP"));
+}
+
+#[test]
+fn empty_factors_and_zero_terms_give_zeros() {
+    for multiplier in multipliers("empty products") {
+        for (rows, terms, columns) in [(0, 3, 4), (3, 0, 4), (3, 4, 0)] {
+            let got = multiply(&*multiplier, &matrix(rows, terms, 3, 1), &matrix(terms, columns, 3, 2)).unwrap();
+            assert!(got.data().iter().all(|v| *v == 0.0) && (got.rows(), got.cols()) == (rows, columns));
+        }
+    }
+}
+
+#[test]
+fn values_that_overflow_are_an_error_on_every_way() {
+    let big = Matrix::from_data(1, 2, 1, vec![f32::MAX, f32::MAX]).unwrap();
+    let two = Matrix::from_data(2, 1, 1, vec![2.0, 2.0]).unwrap();
+    for multiplier in multipliers("overflow") {
+        assert!(multiply(&*multiplier, &big, &two).is_err(), "{}", multiplier.description());
+    }
+}
