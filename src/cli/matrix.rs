@@ -1,11 +1,13 @@
 //! `lucarne matrix`: one phase as a Radiance matrix.
 
+use super::matrix_picture::{Job, PictureArgs};
 use super::progress::Terminal;
 use clap::Subcommand;
 use lucarne::bins::ReinhartSky;
 use lucarne::gpu::Device;
 use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
 use lucarne::kernels::trace::TracedMatrix;
+use lucarne::kernels::image_matrix::ImageOptions;
 use lucarne::kernels::view_matrix::{self, ViewOptions};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
@@ -54,9 +56,9 @@ struct Common {
     #[arg(long, default_value_t = 1)]
     seed: u32,
 
-    /// Independent repetitions, whose spread is the standard error
-    #[arg(long, default_value_t = 8, value_name = "N")]
-    batches: u32,
+    /// Independent repetitions, whose spread is the standard error (default 8; 4 for pictures)
+    #[arg(long, value_name = "N")]
+    batches: Option<u32>,
 
     /// Matrix file; standard output if absent
     #[arg(short = 'o', value_name = "FILE")]
@@ -89,28 +91,32 @@ struct ViewArgs {
     common: Common,
 
     /// Sensors: a file of `x y z dx dy dz` lines
-    #[arg(long, required = true)]
-    points: PathBuf,
+    #[arg(long, required_unless_present = "view", conflicts_with = "view")]
+    points: Option<PathBuf>,
 
-    /// Light paths per bin and batch
-    #[arg(short = 'c', value_name = "N", default_value_t = ViewOptions::default().light_paths)]
-    light_paths: u32,
+    #[command(flatten)]
+    picture: PictureArgs,
 
-    /// Rays from each sensor to the light paths' vertices, per bin, reflection and batch
-    #[arg(long, value_name = "N", default_value_t = ViewOptions::default().visibility_rays)]
-    visibility_rays: u32,
+    /// Light paths per bin and batch (default 256 for sensors, 8 for pictures)
+    #[arg(short = 'c', value_name = "N")]
+    light_paths: Option<u32>,
+
+    /// Rays to the light paths' vertices, per reflection and batch: from each sensor for each bin
+    /// (default 8), from each pixel for all bins (default 16)
+    #[arg(long, value_name = "N")]
+    visibility_rays: Option<u32>,
 
     /// Samples of the windows per sensor and batch
     #[arg(long, value_name = "N", default_value_t = ViewOptions::default().direct_samples)]
     direct_samples: u32,
 
-    /// Paths per sensor and batch for nearby surfaces and mirrors
-    #[arg(long, value_name = "N", default_value_t = ViewOptions::default().near_samples)]
-    near_samples: u32,
+    /// Paths per sensor (default 128) or pixel (default 8) and batch for nearby surfaces and mirrors
+    #[arg(long, value_name = "N")]
+    near_samples: Option<u32>,
 
     /// Distance (in window sizes) below which surfaces count as near
-    #[arg(long, value_name = "D", default_value_t = ViewOptions::default().near_radius)]
-    near_radius: f32,
+    #[arg(long, value_name = "D")]
+    near_radius: Option<f32>,
 }
 
 #[derive(clap::Args)]
@@ -138,22 +144,50 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
 fn view(args: &ViewArgs, warnings: &mut Warnings) -> Result<()> {
     let common = &args.common;
     let (scene, windows) = common.read(warnings)?;
-    let sensors = read_points(&args.points)?;
+    if let Some(file) = &args.picture.view {
+        return picture(args, file, &scene, &windows);
+    }
+    let sensors = read_points(args.points.as_deref().expect("clap asks for points or a view"))?;
+    let default = ViewOptions::default();
     let options = ViewOptions {
         bounces: common.bounces,
-        light_paths: args.light_paths,
-        visibility_rays: args.visibility_rays,
+        light_paths: args.light_paths.unwrap_or(default.light_paths),
+        visibility_rays: args.visibility_rays.unwrap_or(default.visibility_rays),
         direct_samples: args.direct_samples,
-        near_samples: args.near_samples,
-        batches: common.batches,
+        near_samples: args.near_samples.unwrap_or(default.near_samples),
+        batches: common.batches.unwrap_or(default.batches),
         seed: common.seed,
         roulette_weight: common.roulette_weight,
-        near_radius: args.near_radius,
-        ..ViewOptions::default()
+        near_radius: args.near_radius.unwrap_or(default.near_radius),
+        ..default
     };
     let device = Device::open(common.device.as_deref())?;
     let traced = view_matrix::compute(&device, &scene, &windows, &sensors, &options, &Terminal::new())?;
     common.write(&traced)
+}
+
+fn picture(args: &ViewArgs, file: &Path, scene: &Scene, windows: &[Window]) -> Result<()> {
+    let common = &args.common;
+    if common.direct.is_some() || common.standard_error.is_some() || common.ascii || common.double {
+        return Err(Error::new("--direct, --standard-error, -oa and -od are for sensors; a picture's view matrix is written as float")
+            .help("leave them out, or use --points"));
+    }
+    let default = ImageOptions::default();
+    let options = args.picture.apply(ImageOptions {
+        bounces: common.bounces,
+        batches: common.batches.unwrap_or(default.batches),
+        light_paths: args.light_paths.unwrap_or(default.light_paths),
+        visibility_rays: args.visibility_rays.unwrap_or(default.visibility_rays),
+        near_samples: args.near_samples.unwrap_or(default.near_samples),
+        near_radius: args.near_radius.unwrap_or(default.near_radius),
+        roulette_weight: common.roulette_weight,
+        seed: common.seed,
+        ..default
+    });
+    let raster = args.picture.raster(file)?;
+    let device = Device::open(common.device.as_deref())?;
+    let job = Job { device: &device, scene, windows, raster: &raster, options: &options, progress: &Terminal::new(), header: common.header() };
+    job.run(common.output.as_deref().filter(|p| *p != Path::new("-")))
 }
 
 fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
@@ -167,7 +201,7 @@ fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
     let options = DaylightOptions {
         bounces: common.bounces,
         paths: args.paths,
-        batches: common.batches,
+        batches: common.batches.unwrap_or(DaylightOptions::default().batches),
         seed: common.seed,
         roulette_weight: common.roulette_weight,
     };
@@ -187,13 +221,17 @@ impl Common {
         Ok((scene, windows))
     }
 
+    fn header(&self) -> Vec<String> {
+        vec![std::env::args().collect::<Vec<_>>().join(" "), format!("SOFTWARE= Lucarne {}", env!("CARGO_PKG_VERSION"))]
+    }
+
     fn write(&self, traced: &TracedMatrix) -> Result<()> {
         let format = match (self.ascii, self.double) {
             (true, _) => Format::Ascii,
             (_, true) => Format::Double,
             _ => Format::Float,
         };
-        let header = vec![std::env::args().collect::<Vec<_>>().join(" "), format!("SOFTWARE= Lucarne {}", env!("CARGO_PKG_VERSION"))];
+        let header = self.header();
         let also = |path: &Option<PathBuf>, matrix: &Matrix<f32>| match path {
             Some(path) => write_matrix(Some(path), matrix, format, &header),
             None => Ok(()),

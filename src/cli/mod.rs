@@ -4,6 +4,7 @@
 mod bsdf;
 mod devices;
 mod matrix;
+mod matrix_picture;
 mod multiply;
 mod progress;
 mod run;

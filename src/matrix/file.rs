@@ -478,7 +478,8 @@ pub fn write_matrix<T: Scalar>(path: Option<&Path>, matrix: &Matrix<T>, format: 
 /// As [`write_matrix`], without the file's name.
 pub fn write_matrix_to<T: Scalar>(out: &mut dyn Write, matrix: &Matrix<T>, format: Format, header: &[String]) -> Result<()> {
     let failed = |e: std::io::Error| Error::new(e.to_string());
-    out.write_all(header_text(matrix, format, header)?.as_bytes()).map_err(failed)?;
+    let shape = [matrix.rows(), matrix.cols(), matrix.components()];
+    out.write_all(header_text(shape, format, header)?.as_bytes()).map_err(failed)?;
     let row_len = matrix.cols() * matrix.components();
     let mut bytes = Vec::new();
     for row in 0..matrix.rows() {
@@ -509,7 +510,17 @@ pub fn write_matrix_to<T: Scalar>(out: &mut dyn Write, matrix: &Matrix<T>, forma
     Ok(())
 }
 
-fn header_text<T: Copy + Default>(matrix: &Matrix<T>, format: Format, lines: &[String]) -> Result<String> {
+/// Writes the header of a float matrix whose rows follow piece by piece, each value little-endian:
+/// for matrices that are never in memory as a whole.
+///
+/// # Errors
+/// As [`write_matrix_to`].
+pub fn write_float_header(out: &mut dyn Write, [rows, cols, components]: [usize; 3], header: &[String]) -> Result<()> {
+    let text = header_text([rows, cols, components], Format::Float, header)?;
+    out.write_all(text.as_bytes()).map_err(|e| Error::new(e.to_string()))
+}
+
+fn header_text([rows, cols, components]: [usize; 3], format: Format, lines: &[String]) -> Result<String> {
     const OURS: [&str; 7] = ["NROWS=", "NCOLS=", "NCOMP=", "BigEndian=", "FORMAT=", "EXPOSURE=", "COLORCORR="];
     let mut text = String::from("#?RADIANCE\n");
     for line in lines {
@@ -521,7 +532,7 @@ fn header_text<T: Copy + Default>(matrix: &Matrix<T>, format: Format, lines: &[S
             text.push('\n');
         }
     }
-    text.push_str(&format!("NROWS={}\nNCOLS={}\nNCOMP={}\n", matrix.rows(), matrix.cols(), matrix.components()));
+    text.push_str(&format!("NROWS={rows}\nNCOLS={cols}\nNCOMP={components}\n"));
     if format != Format::Ascii {
         text.push_str("BigEndian=0\n");
     }
