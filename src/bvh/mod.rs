@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::{BvhBuildParams, Boundable};
+use obvhs::{Boundable, BvhBuildParams};
 
 /// Nodes and triangle order as `shaders/shared/bvh.wgsl` reads them.
 #[derive(Debug, Clone)]

@@ -141,7 +141,8 @@ impl View {
             return Err(Error::new("a view parameter is not a finite number"));
         }
         let unit = |v: DVec3, option: &str, name: &str| {
-            v.try_normalize().ok_or_else(|| Error::new(format!("the {name} has no length")).field(option).help("give a vector that is not zero"))
+            v.try_normalize()
+                .ok_or_else(|| Error::new(format!("the {name} has no length")).field(option).help("give a vector that is not zero"))
         };
         let direction = unit(self.direction, "-vd", "view direction")?;
         let up = unit(self.up, "-vu", "up vector")?;

@@ -78,7 +78,8 @@ impl View {
             }
         }
         if options == 0 {
-            return Err(Error::new("there is no view in this file").help("a view file has a line like 'rvu -vta -vp 1 2 1.2 -vd 0 1 0 -vh 180 -vv 180'"));
+            return Err(Error::new("there is no view in this file")
+                .help("a view file has a line like 'rvu -vta -vp 1 2 1.2 -vd 0 1 0 -vh 180 -vv 180'"));
         }
         Ok(view)
     }
@@ -100,7 +101,10 @@ impl View {
         }
         let number = |index: usize| -> Result<f64> {
             let word = words.get(index).copied().unwrap_or("nothing");
-            word.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| Error::new(format!("expected a number, found '{word}'")).field(option))
+            word.parse()
+                .ok()
+                .filter(|v: &f64| v.is_finite())
+                .ok_or_else(|| Error::new(format!("expected a number, found '{word}'")).field(option))
         };
         let vector = || Ok::<_, Error>(DVec3::new(number(1)?, number(2)?, number(3)?));
         match name {

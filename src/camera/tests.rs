@@ -92,7 +92,9 @@ fn directions_lead_back_to_their_pixels() {
             for column in 0..61 {
                 let offset = DVec2::new(0.3, -0.4);
                 let Some(ray) = raster.sample(column, row, offset) else { continue };
-                let Some(position) = raster.camera().locate_point(ray.origin + ray.direction * 2.5) else { panic!("{view:?}: {column} {row}") };
+                let Some(position) = raster.camera().locate_point(ray.origin + ray.direction * 2.5) else {
+                    panic!("{view:?}: {column} {row}")
+                };
                 let expected = DVec2::new((column as f64 + 0.8) / 61.0, 1.0 - (row as f64 + 0.9) / 47.0);
                 // The rim of a hemisphere is flat: position = sin θ.
                 assert!((position - expected).length() < 1e-9, "{view:?}: {position} {expected}");

@@ -6,8 +6,8 @@ use clap::Subcommand;
 use lucarne::bins::ReinhartSky;
 use lucarne::gpu::Device;
 use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
-use lucarne::kernels::trace::TracedMatrix;
 use lucarne::kernels::image_matrix::ImageOptions;
+use lucarne::kernels::trace::TracedMatrix;
 use lucarne::kernels::view_matrix::{self, ViewOptions};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
@@ -102,7 +102,7 @@ struct ViewArgs {
     light_paths: Option<u32>,
 
     /// Rays to the light paths' vertices, per reflection and batch: from each sensor for each bin
-    /// (default 8), from each pixel for all bins (default 16)
+    /// (default 4), from each pixel for all bins (default 16)
     #[arg(long, value_name = "N")]
     visibility_rays: Option<u32>,
 
@@ -110,7 +110,7 @@ struct ViewArgs {
     #[arg(long, value_name = "N", default_value_t = ViewOptions::default().direct_samples)]
     direct_samples: u32,
 
-    /// Paths per sensor (default 128) or pixel (default 8) and batch for nearby surfaces and mirrors
+    /// Paths per sensor (default 512) or pixel (default 8) and batch for nearby surfaces and mirrors
     #[arg(long, value_name = "N")]
     near_samples: Option<u32>,
 
@@ -186,7 +186,8 @@ fn picture(args: &ViewArgs, file: &Path, scene: &Scene, windows: &[Window]) -> R
     });
     let raster = args.picture.raster(file)?;
     let device = Device::open(common.device.as_deref())?;
-    let job = Job { device: &device, scene, windows, raster: &raster, options: &options, progress: &Terminal::new(), header: common.header() };
+    let job =
+        Job { device: &device, scene, windows, raster: &raster, options: &options, progress: &Terminal::new(), header: common.header() };
     job.run(common.output.as_deref().filter(|p| *p != Path::new("-")))
 }
 

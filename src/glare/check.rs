@@ -13,7 +13,8 @@ use crate::units::BRIGHTNESS_WEIGHTS;
 /// If the luminance image does not fit the view.
 pub fn check_picture(analyser: &Analyser, luminance: &[f32], glare: &Glare, show_task: bool) -> Result<Picture> {
     let geometry = analyser.geometry();
-    let mut pixels: Vec<[f32; 3]> = luminance.iter().enumerate().map(|(i, &l)| coloured(if geometry.is_inside(i) { l } else { 0.0 }, [1.0; 3])).collect();
+    let mut pixels: Vec<[f32; 3]> =
+        luminance.iter().enumerate().map(|(i, &l)| coloured(if geometry.is_inside(i) { l } else { 0.0 }, [1.0; 3])).collect();
     if show_task {
         for &p in analyser.task_pixels() {
             pixels[p as usize] = coloured(luminance[p as usize], [0.4, 0.4, 1.0]);

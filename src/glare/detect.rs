@@ -83,7 +83,10 @@ impl TaskArea {
         }
         let direction = geometry.directions[centre];
         let cosine = (angle / 2.0).cos();
-        Ok((0..geometry.pixel_count()).filter(|&i| geometry.is_inside(i) && dot(direction, geometry.directions[i]) >= cosine).map(|i| i as u32).collect())
+        Ok((0..geometry.pixel_count())
+            .filter(|&i| geometry.is_inside(i) && dot(direction, geometry.directions[i]) >= cosine)
+            .map(|i| i as u32)
+            .collect())
     }
 }
 
@@ -128,7 +131,11 @@ pub fn glare_pixels(luminance: &[f32], searched: &[bool], threshold: f64) -> Vec
         if f64::from(brightest) > threshold {
             let first = group * GROUP;
             pixels.extend(
-                values.iter().enumerate().filter(|&(i, &l)| f64::from(l) > threshold && searched[first + i]).map(|(i, _)| (first + i) as u32),
+                values
+                    .iter()
+                    .enumerate()
+                    .filter(|&(i, &l)| f64::from(l) > threshold && searched[first + i])
+                    .map(|(i, _)| (first + i) as u32),
             );
         }
     }

@@ -88,7 +88,8 @@ impl PixelGeometry {
     pub fn new(raster: &Raster) -> Result<Self> {
         let camera = raster.camera();
         if camera.view().projection == Projection::Parallel {
-            return Err(Error::new("a parallel view (-vtl) has no directions to judge glare by").help("use a fisheye, for instance `-vta -vh 180 -vv 180`"));
+            return Err(Error::new("a parallel view (-vtl) has no directions to judge glare by")
+                .help("use a fisheye, for instance `-vta -vh 180 -vv 180`"));
         }
         let (width, height) = (raster.width(), raster.height());
         let direction = |column, row, offset| raster.sample(column, row, offset).map(|ray| ray.direction);
@@ -143,7 +144,9 @@ impl PixelGeometry {
         }
         let total_solid_angle: f64 = solid_angles.iter().sum();
         if total_solid_angle <= 0.0 {
-            return Err(Error::new("no pixel lies inside the view").help("check the view type and angles: `-vta -vh 180 -vv 180` for a fisheye"));
+            return Err(
+                Error::new("no pixel lies inside the view").help("check the view type and angles: `-vta -vh 180 -vv 180` for a fisheye")
+            );
         }
         let total_projected_solid_angle = projected_solid_angles.iter().sum();
         Ok(Self { width, height, frame, directions, solid_angles, projected_solid_angles, total_solid_angle, total_projected_solid_angle })
@@ -180,7 +183,8 @@ impl PixelGeometry {
         for y in 0..self.height {
             let row = y * self.width..(y + 1) * self.width;
             let (mut e, mut a, mut least) = (0.0, 0.0, 0.0f32);
-            for ((&l, &w), &p) in luminance[row.clone()].iter().zip(&self.solid_angles[row.clone()]).zip(&self.projected_solid_angles[row]) {
+            for ((&l, &w), &p) in luminance[row.clone()].iter().zip(&self.solid_angles[row.clone()]).zip(&self.projected_solid_angles[row])
+            {
                 e += f64::from(l) * p;
                 a += f64::from(l) * w;
                 least = least.min(l);
@@ -191,7 +195,11 @@ impl PixelGeometry {
             illuminance += e;
             average += a;
         }
-        Ok(Totals { vertical_illuminance: illuminance, average_luminance: average / self.total_solid_angle, solid_angle: self.total_solid_angle })
+        Ok(Totals {
+            vertical_illuminance: illuminance,
+            average_luminance: average / self.total_solid_angle,
+            solid_angle: self.total_solid_angle,
+        })
     }
 
     /// Mean luminance of some pixels, weighted by solid angle; 0 for none.

@@ -24,7 +24,8 @@ pub struct DgpModel {
 
 impl DgpModel {
     /// Constants of today's evalglare (3.06): 5.87e-5, 0.092, 0.159. The default.
-    pub const EVALGLARE: Self = Self { exponents: [2.0, 1.0, 1.87, 2.0, 1.0], constants: [5.87e-5, 0.092, 0.159], low_light_correction: false };
+    pub const EVALGLARE: Self =
+        Self { exponents: [2.0, 1.0, 1.87, 2.0, 1.0], constants: [5.87e-5, 0.092, 0.159], low_light_correction: false };
     /// Constants of the paper of 2006: 5.87e-5, 0.0918, 0.16; `dcglare` uses these.
     pub const ORIGINAL: Self = Self { constants: [5.87e-5, 0.0918, 0.16], ..Self::EVALGLARE };
 
@@ -298,7 +299,9 @@ mod tests {
     fn standard_error_is_the_spread_of_dgp() {
         let m = DgpModel::EVALGLARE;
         let (ev, sum, ev_error, sum_error) = (2500.0f64, 4e6, 25.0, 8e4);
-        let expected = (5.87e-5 - m.constants[1] / std::f64::consts::LN_10 * 1.87 * (sum / ev.powf(1.87)) / (1.0 + sum / ev.powf(1.87)) / ev) * ev_error;
+        let expected = (5.87e-5
+            - m.constants[1] / std::f64::consts::LN_10 * 1.87 * (sum / ev.powf(1.87)) / (1.0 + sum / ev.powf(1.87)) / ev)
+            * ev_error;
         let by_sum = m.constants[1] / std::f64::consts::LN_10 / (ev.powf(1.87) + sum) * sum_error;
         let error = m.standard_error(ev, sum, ev_error, sum_error);
         assert!((error / expected.hypot(by_sum) - 1.0).abs() < 1e-12, "{error}");
@@ -314,7 +317,14 @@ mod tests {
 
     #[test]
     fn error_function() {
-        for (x, y) in [(0.0, 0.0), (0.5, 0.520_499_877_813_046_5), (1.0, 0.842_700_792_949_714_9), (-2.0, -0.995_322_265_018_952_7), (3.5, 0.999_999_256_901_627_7), (7.0, 1.0)] {
+        for (x, y) in [
+            (0.0, 0.0),
+            (0.5, 0.520_499_877_813_046_5),
+            (1.0, 0.842_700_792_949_714_9),
+            (-2.0, -0.995_322_265_018_952_7),
+            (3.5, 0.999_999_256_901_627_7),
+            (7.0, 1.0),
+        ] {
             assert!((erf(x) - y).abs() < 1e-14, "{x}");
         }
     }

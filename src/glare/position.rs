@@ -142,7 +142,9 @@ mod tests {
     #[test]
     fn position_index_is_evalglares() {
         // `evalglare -p -c` on a 400 × 400 fisheye, written as RGBE: 0.4 % per value.
-        for ((x, y), expected) in [((200, 250), 2.40934), ((127, 246), 2.87295), ((256, 244), 2.43082), ((200, 150), 1.34662), ((137, 141), 1.82938)] {
+        for ((x, y), expected) in
+            [((200, 250), 2.40934), ((127, 246), 2.87295), ((256, 244), 2.43082), ((200, 150), 1.34662), ((137, 141), 1.82938)]
+        {
             let p = PositionIndex::Guth.of(&frame(), pixel(f64::from(x), f64::from(y)));
             assert!((p / expected - 1.0).abs() < 0.005, "{x} {y}: {p} instead of {expected}");
         }

@@ -264,7 +264,13 @@ impl Groups {
 }
 
 /// Sources of a luminance image from its glare pixels (ascending), peaks taken out as the settings say.
-pub fn find(luminance: &[f32], pixels: &[u32], geometry: &PixelGeometry, neighbourhood: &Neighbourhood, settings: &Settings) -> Vec<Source> {
+pub fn find(
+    luminance: &[f32],
+    pixels: &[u32],
+    geometry: &PixelGeometry,
+    neighbourhood: &Neighbourhood,
+    settings: &Settings,
+) -> Vec<Source> {
     let mut groups = collect(pixels, &neighbourhood.group(pixels, geometry));
     let mut peaks = Vec::new();
     if let Some(limit) = settings.peak_limit {

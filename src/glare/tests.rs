@@ -68,7 +68,10 @@ fn assert_finite(glare: &Glare) {
         assert!(v.is_finite(), "{i:?}");
     }
     for s in &glare.sources {
-        assert!([s.x, s.y, s.luminance, s.solid_angle, s.position_index, s.sigma, s.tau, s.illuminance].iter().all(|v| v.is_finite()), "{s:?}");
+        assert!(
+            [s.x, s.y, s.luminance, s.solid_angle, s.position_index, s.sigma, s.tau, s.illuminance].iter().all(|v| v.is_finite()),
+            "{s:?}"
+        );
         assert!(!s.pixels.is_empty());
     }
 }
@@ -97,7 +100,8 @@ fn uniform_field_with_a_sun_ahead() {
     let glare = analyse(&g, &luminance, &Settings { dgp: DgpModel::ORIGINAL, ..Settings::default() });
     assert_eq!(glare.sources.len(), 1);
     assert!((glare.vertical_illuminance / 3821.19 - 1.0).abs() < 2e-4, "{}", glare.vertical_illuminance);
-    let expected = 5.87e-5 * 3821.19 + 0.0918 * (1.0 + (1e7 * scale).powi(2) * g.solid_angles[middle] / 3821.19f64.powf(1.87)).log10() + 0.16;
+    let expected =
+        5.87e-5 * 3821.19 + 0.0918 * (1.0 + (1e7 * scale).powi(2) * g.solid_angles[middle] / 3821.19f64.powf(1.87)).log10() + 0.16;
     assert!((glare.indices.dgp - expected).abs() < 1e-4, "{} {expected}", glare.indices.dgp);
     assert!((expected - 0.6720).abs() < 0.0918 * scale.log10().abs() + 1e-3);
     assert!((glare.background_luminance / 1000.0 - 1.0).abs() < 1e-3);
@@ -131,14 +135,21 @@ fn plain_groups(pixels: &[u32], geometry: &PixelGeometry, radius: f64) -> Vec<u3
 #[test]
 fn grouping_in_blocks_is_grouping_by_pairs() {
     let mut random = Random(7);
-    for (options, size) in [(FISHEYE, 60), (FISHEYE, 101), ("-vth -vh 180 -vv 180", 80), ("-vtv -vh 90 -vv 60", 50), ("-vts -vh 180 -vv 180", 64)] {
+    for (options, size) in
+        [(FISHEYE, 60), (FISHEYE, 101), ("-vth -vh 180 -vv 180", 80), ("-vtv -vh 90 -vv 60", 50), ("-vts -vh 180 -vv 180", 64)]
+    {
         let g = view(options, size, size);
         for radius in [0.0, 0.05, 0.2, 0.7, 3.0] {
             let neighbourhood = Neighbourhood::new(&g, radius);
             for density in [0.002, 0.01, 0.05, 0.3] {
-                let pixels: Vec<u32> = (0..g.pixel_count() as u32).filter(|&i| g.is_inside(i as usize) && random.next() < density).collect();
+                let pixels: Vec<u32> =
+                    (0..g.pixel_count() as u32).filter(|&i| g.is_inside(i as usize) && random.next() < density).collect();
                 let pixels = &pixels[..pixels.len().min(700)];
-                assert_eq!(neighbourhood.group(pixels, &g), plain_groups(pixels, &g, radius), "{options} {size} r {radius} density {density}");
+                assert_eq!(
+                    neighbourhood.group(pixels, &g),
+                    plain_groups(pixels, &g, radius),
+                    "{options} {size} r {radius} density {density}"
+                );
             }
         }
     }
@@ -194,7 +205,11 @@ fn thresholds_may_follow_the_average_or_the_task() {
     assert!((glare.threshold - 750.0).abs() < 1e-9);
     assert_eq!(glare.sources.len(), 1);
     assert_eq!(count(&by_task(Some(6.7))), 0);
-    for task in [TaskArea { x: 0.0, y: 0.0, opening_angle: 0.3 }, TaskArea { x: 500.0, y: 1.0, opening_angle: 0.3 }, TaskArea { x: 99.0, y: 99.0, opening_angle: f64::NAN }] {
+    for task in [
+        TaskArea { x: 0.0, y: 0.0, opening_angle: 0.3 },
+        TaskArea { x: 500.0, y: 1.0, opening_angle: 0.3 },
+        TaskArea { x: 99.0, y: 99.0, opening_angle: f64::NAN },
+    ] {
         assert!(Analyser::new(g.clone(), Settings { task: Some(task), ..Settings::default() }).is_err());
     }
 }
@@ -234,7 +249,15 @@ fn mirrored_pictures_give_the_same_glare() {
 #[test]
 fn no_picture_gives_an_undefined_number() {
     let mut random = Random(11);
-    for (options, w, h) in [(FISHEYE, 50, 50), (FISHEYE, 60, 40), ("-vth -vd 0 0 1 -vu 0 1 0 -vh 180 -vv 180", 40, 40), ("-vtc -vh 360 -vv 100", 60, 30), ("-vta -vh 360 -vv 360", 41, 41), ("-vta -vh 180 -vv 180", 1, 1), ("-vta -vh 180 -vv 90", 3, 2)] {
+    for (options, w, h) in [
+        (FISHEYE, 50, 50),
+        (FISHEYE, 60, 40),
+        ("-vth -vd 0 0 1 -vu 0 1 0 -vh 180 -vv 180", 40, 40),
+        ("-vtc -vh 360 -vv 100", 60, 30),
+        ("-vta -vh 360 -vv 360", 41, 41),
+        ("-vta -vh 180 -vv 180", 1, 1),
+        ("-vta -vh 180 -vv 90", 3, 2),
+    ] {
         let g = view(options, w, h);
         let n = g.pixel_count();
         let mut pictures: Vec<Vec<f32>> = [0.0, f32::MIN_POSITIVE, 100.0, 5000.0, 1e30].iter().map(|&l| vec![l; n]).collect();

@@ -24,8 +24,8 @@ mod sources;
 #[doc(hidden)]
 pub use bytemuck;
 
-pub use buffer::{Buffer, Finite};
 pub(crate) use buffer::check_finite;
+pub use buffer::{Buffer, Finite};
 pub use device::{AdapterSummary, Device, DeviceKind, NO_DEVICE_HELP, list};
 pub use kernel::{Batch, BindGroup, Kernel};
 pub use layout::{Field, GpuStruct, Registered, StructLayout};

@@ -236,7 +236,11 @@ impl Text {
         };
         let turn = if self.vertical { format!(" transform=\"rotate(-90 {} {})\"", number(x), number(y)) } else { String::new() };
         let halo = self.halo.map_or(String::new(), |c| {
-            format!(" stroke=\"{}\" stroke-width=\"{}\" paint-order=\"stroke\" stroke-linejoin=\"round\"", hex(c), number((self.size / 5.0).max(2.0)))
+            format!(
+                " stroke=\"{}\" stroke-width=\"{}\" paint-order=\"stroke\" stroke-linejoin=\"round\"",
+                hex(c),
+                number((self.size / 5.0).max(2.0))
+            )
         });
         format!(
             "<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\" text-anchor=\"{anchor}\"{turn}{halo}>{}</text>\n",

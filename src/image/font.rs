@@ -146,8 +146,10 @@ struct Glyph {
 fn glyphs() -> &'static HashMap<char, Glyph> {
     static TABLE: OnceLock<HashMap<char, Glyph>> = OnceLock::new();
     TABLE.get_or_init(|| {
-        let mut table: HashMap<char, Glyph> =
-            GLYPHS.iter().map(|&(c, width, strokes)| (c, Glyph { width, strokes: strokes.split(';').map(parse_stroke).collect() })).collect();
+        let mut table: HashMap<char, Glyph> = GLYPHS
+            .iter()
+            .map(|&(c, width, strokes)| (c, Glyph { width, strokes: strokes.split(';').map(parse_stroke).collect() }))
+            .collect();
         for &(c, base, mark) in ACCENTED {
             let Glyph { width, ref strokes } = table[&base];
             let mut strokes = strokes.clone();
@@ -224,7 +226,11 @@ pub fn strokes(text: &str, size: f64) -> Vec<Stroke> {
             }
         };
         all.extend(
-            glyph.strokes.iter().filter(|s| !s.is_empty()).map(|s| s.iter().map(|[x, y]| [(at + x) * scale, -y * scale]).collect::<Stroke>()),
+            glyph
+                .strokes
+                .iter()
+                .filter(|s| !s.is_empty())
+                .map(|s| s.iter().map(|[x, y]| [(at + x) * scale, -y * scale]).collect::<Stroke>()),
         );
         at += glyph.width + SPACING;
     }

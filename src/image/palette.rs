@@ -38,14 +38,14 @@ pub enum Palette {
 
 /// Every fifteenth colour of the 256 of viridis.
 const VIRIDIS: [u32; 18] = [
-    0x440154, 0x481769, 0x472a7a, 0x433d84, 0x3d4e8a, 0x355e8d, 0x2e6d8e, 0x297b8e, 0x23898e, 0x1f978b, 0x21a585, 0x2eb37c, 0x46c06f, 0x65cb5e,
-    0x89d548, 0xb0dd2f, 0xd8e219, 0xfde725,
+    0x440154, 0x481769, 0x472a7a, 0x433d84, 0x3d4e8a, 0x355e8d, 0x2e6d8e, 0x297b8e, 0x23898e, 0x1f978b, 0x21a585, 0x2eb37c, 0x46c06f,
+    0x65cb5e, 0x89d548, 0xb0dd2f, 0xd8e219, 0xfde725,
 ];
 
 /// Radiance's `def` at 0, 1/22, … 1 as shown on a screen of gamma 2.2.
 const DEF: [u32; 23] = [
-    0x770b8c, 0x4402a1, 0x0b0bb6, 0x0031bc, 0x0163c0, 0x0890bd, 0x0dadaa, 0x12b672, 0x24b043, 0x48a242, 0x738b53, 0x917359, 0x9a6252, 0x9f4e47,
-    0xa3393a, 0xa7272e, 0xaf1623, 0xcc0117, 0xe31c0e, 0xf45a02, 0xff9601, 0xffd11a, 0xfdfc30,
+    0x770b8c, 0x4402a1, 0x0b0bb6, 0x0031bc, 0x0163c0, 0x0890bd, 0x0dadaa, 0x12b672, 0x24b043, 0x48a242, 0x738b53, 0x917359, 0x9a6252,
+    0x9f4e47, 0xa3393a, 0xa7272e, 0xaf1623, 0xcc0117, 0xe31c0e, 0xf45a02, 0xff9601, 0xffd11a, 0xfdfc30,
 ];
 
 /// Gamma of the screens that Radiance's palettes are made for.
@@ -164,7 +164,9 @@ impl Scale {
             return Err(Error::new(format!("a logarithmic scale cannot end at {maximum}")).field("scale"));
         }
         if !(decades > 0.0 && decades <= 30.0) {
-            return Err(Error::new(format!("{decades} decades are not possible")).field("log").help("give a number between 0 and 30, for instance 3"));
+            return Err(Error::new(format!("{decades} decades are not possible"))
+                .field("log")
+                .help("give a number between 0 and 30, for instance 3"));
         }
         Ok(Self { minimum: maximum * 10f64.powf(-decades), maximum, logarithmic: true })
     }
@@ -326,9 +328,18 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        for (value, text) in
-            [(0.0, "0"), (2000.0, "2000"), (62.5, "62.5"), (0.025, "0.025"), (1.0 / 3.0, "0.3333"), (1.6e9, "1.6e9"), (-0.5, "-0.5"), (1e-7, "1e-7"), (999_999.0, "999999"), (312.5, "312.5")]
-        {
+        for (value, text) in [
+            (0.0, "0"),
+            (2000.0, "2000"),
+            (62.5, "62.5"),
+            (0.025, "0.025"),
+            (1.0 / 3.0, "0.3333"),
+            (1.6e9, "1.6e9"),
+            (-0.5, "-0.5"),
+            (1e-7, "1e-7"),
+            (999_999.0, "999999"),
+            (312.5, "312.5"),
+        ] {
             assert_eq!(short_number(value), text);
         }
     }

@@ -295,7 +295,8 @@ mod tests {
         for (name, outline) in [("spiral", spiral(400)), ("star", star), ("frame", frame)] {
             let triangles = triangles_of(&outline);
             let n = outline.len();
-            let signed: f64 = (0..n).map(|i| outline[i][0] * outline[(i + 1) % n][1] - outline[i][1] * outline[(i + 1) % n][0]).sum::<f64>() / 2.0;
+            let signed: f64 =
+                (0..n).map(|i| outline[i][0] * outline[(i + 1) % n][1] - outline[i][1] * outline[(i + 1) % n][0]).sum::<f64>() / 2.0;
             assert!((area(&triangles) - signed.abs()).abs() < 1e-9 * signed.abs(), "{name}");
             let corner = |v: &DVec3| outline.iter().any(|p| p[0] == v.x && p[1] == v.y);
             assert!(triangles.iter().flatten().all(corner), "{name}");

@@ -225,10 +225,16 @@ impl<'d> ImageTracer<'d> {
     }
 
     /// Rows of `count` pixels from `first` on; only those inside the view are traced.
-    fn tile(&self, raster: &Raster, samples: &PixelSamples, first: usize, count: usize, statistics: &mut TraceStatistics) -> Result<PixelRows> {
+    fn tile(
+        &self,
+        raster: &Raster,
+        samples: &PixelSamples,
+        first: usize,
+        count: usize,
+        statistics: &mut TraceStatistics,
+    ) -> Result<PixelRows> {
         let bins = self.tables.bins();
-        let inside: Vec<usize> =
-            (first..first + count).filter(|&p| raster.is_seen(p % raster.width(), p / raster.width())).collect();
+        let inside: Vec<usize> = (first..first + count).filter(|&p| raster.is_seen(p % raster.width(), p / raster.width())).collect();
         let mut rows = PixelRows {
             first,
             pixels: count,
@@ -312,8 +318,13 @@ impl<'d> ImageTracer<'d> {
         let reached = o.bounces.is_none_or(|b| b > 0);
         let mut near = None;
         if reached {
-            let own =
-                [("params", &params_buffer), ("receivers", &receivers), ("receiver_weights", &weights), ("shares", &shares), ("sums", &sums)];
+            let own = [
+                ("params", &params_buffer),
+                ("receivers", &receivers),
+                ("receiver_weights", &weights),
+                ("shares", &shares),
+                ("sums", &sums),
+            ];
             self.run(&self.direct, &own, [groups, o.batches, 1], (pixels * batches) as u64, statistics)?;
             statistics.segments += pixels as u64 * u64::from(o.batches) * u64::from(o.window_samples.div_ceil(o.traced_every));
         }
@@ -377,12 +388,15 @@ impl<'d> ImageTracer<'d> {
         let (column, row) = (pixel % raster.width(), pixel / raster.width());
         // At the rim a sample may fall outside the view although the centre is inside.
         let ray = raster.sample(column, row, samples.offset(pixel, subpixel)).or_else(|| raster.ray(column, row));
-        ray.map_or_else(|| PixelRay { number: pixel as u32, ..PixelRay::default() }, |r| PixelRay {
-            origin: self.tables.normalization.point(r.origin).to_array(),
-            length: if r.length > 0.0 { (r.length * self.tables.normalization.scale) as f32 } else { 1e30 },
-            direction: r.direction.as_vec3().to_array(),
-            number: pixel as u32,
-        })
+        ray.map_or_else(
+            || PixelRay { number: pixel as u32, ..PixelRay::default() },
+            |r| PixelRay {
+                origin: self.tables.normalization.point(r.origin).to_array(),
+                length: if r.length > 0.0 { (r.length * self.tables.normalization.scale) as f32 } else { 1e30 },
+                direction: r.direction.as_vec3().to_array(),
+                number: pixel as u32,
+            },
+        )
     }
 }
 

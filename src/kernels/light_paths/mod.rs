@@ -151,7 +151,10 @@ pub(crate) struct LightPathKernels {
 
 impl LightPathKernels {
     pub fn new(device: &Device) -> Result<Self> {
-        Ok(Self { paths: Kernel::new(device, "trace/light_paths", &[], &[])?, compact: Kernel::new(device, "trace/light_compact", &[], &[])? })
+        Ok(Self {
+            paths: Kernel::new(device, "trace/light_paths", &[], &[])?,
+            compact: Kernel::new(device, "trace/light_compact", &[], &[])?,
+        })
     }
 }
 
@@ -248,9 +251,8 @@ pub(crate) fn finish_dispatch(
 /// What `light_paths` may leave out: lights that face away from all receivers, or lie behind all of
 /// them.
 fn culling_of(receivers: &[Receiver]) -> LightPathParams {
-    let fold = |f: fn(f32, f32) -> f32, start: f32| {
-        receivers.iter().fold([start; 3], |a, r| std::array::from_fn(|i| f(a[i], r.position[i])))
-    };
+    let fold =
+        |f: fn(f32, f32) -> f32, start: f32| receivers.iter().fold([start; 3], |a, r| std::array::from_fn(|i| f(a[i], r.position[i])));
     let normal = receivers.first().map_or([0.0; 3], |r| r.normal);
     LightPathParams {
         receivers_low: fold(f32::min, f32::INFINITY),

@@ -2,7 +2,7 @@
 
 use super::{Arrangement, Factor, Multiplier, Values, check_fit, lanes};
 use crate::error::{Error, Result};
-use crate::gpu::{check_finite, Buffer, Chunk, Device, DeviceKind, Kernel, Plan, Registered};
+use crate::gpu::{Buffer, Chunk, Device, DeviceKind, Kernel, Plan, Registered, check_finite};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -115,7 +115,11 @@ impl OnDevice {
     /// Refusal by the driver.
     pub fn new(device: &Device) -> Result<Self> {
         let software = device.summary().kind == DeviceKind::Cpu;
-        let kernel = if software && device.subgroup_size().is_some_and(|lanes| LANES.contains(&lanes)) { DeviceKernel::Subgroup } else { DeviceKernel::Tiled };
+        let kernel = if software && device.subgroup_size().is_some_and(|lanes| LANES.contains(&lanes)) {
+            DeviceKernel::Subgroup
+        } else {
+            DeviceKernel::Tiled
+        };
         Self::with_kernel(device, kernel)
     }
 
@@ -128,9 +132,10 @@ impl OnDevice {
         let (path, generated, workgroup, name) = match kernel {
             DeviceKernel::Tiled => ("product/gemm_tiled", None, [TILE, TILE], "tiled"),
             DeviceKernel::Subgroup => {
-                let lanes = device.subgroup_size().filter(|lanes| LANES.contains(lanes)).ok_or_else(|| {
-                    Error::new(format!("'{}' has no fixed subgroup size among {LANES:?}", device.summary().name))
-                })?;
+                let lanes = device
+                    .subgroup_size()
+                    .filter(|lanes| LANES.contains(lanes))
+                    .ok_or_else(|| Error::new(format!("'{}' has no fixed subgroup size among {LANES:?}", device.summary().name)))?;
                 ("product/gemm_subgroup", Some(lanes::wgsl(lanes)), [lanes::rows(lanes), lanes::columns(lanes)], "subgroup")
             }
         };
@@ -199,7 +204,15 @@ impl OnDevice {
 
     /// Multiplies one part of each factor; `columns` counts from the right part's beginning and
     /// begins at a multiple of 4.
-    fn tile(&self, left: &Packed, right: &Packed, inner: usize, components: usize, columns: Chunk, arrangement: Arrangement) -> Result<Tile> {
+    fn tile(
+        &self,
+        left: &Packed,
+        right: &Packed,
+        inner: usize,
+        components: usize,
+        columns: Chunk,
+        arrangement: Arrangement,
+    ) -> Result<Tile> {
         let padded = |len: usize| len.next_multiple_of(OUTER_MULTIPLE);
         let (rows, wide) = (padded(left.chunk.count), padded(columns.count));
         let (kernel, stride) = match arrangement {
@@ -220,8 +233,7 @@ impl OnDevice {
             plane: quads(plane),
         };
         let params = self.device.uniform("product parameters", &params)?;
-        let bindings =
-            kernel.bind(&[("params", &params), ("left", &left.planes), ("right", &right.planes), ("product", &product)])?;
+        let bindings = kernel.bind(&[("params", &params), ("left", &left.planes), ("right", &right.planes), ("product", &product)])?;
         let [down, along] = self.workgroup;
         self.device.dispatch(kernel, &bindings, [(wide as u32).div_ceil(along), (rows as u32).div_ceil(down), components as u32])?;
         Ok(Tile { values: self.device.read::<f32>(&product)?, stride, plane })
@@ -246,7 +258,15 @@ impl Multiplier for OnDevice {
         Ok(Factor { outer: columns, inner: terms, components, values: Values::Device(parts) })
     }
 
-    fn multiply(&self, left: &Factor, right: &Factor, first: usize, count: usize, arrangement: Arrangement, product: &mut [f32]) -> Result<()> {
+    fn multiply(
+        &self,
+        left: &Factor,
+        right: &Factor,
+        first: usize,
+        count: usize,
+        arrangement: Arrangement,
+        product: &mut [f32],
+    ) -> Result<()> {
         check_fit(left, right, first, count, product);
         let (Values::Device(a), Values::Device(b)) = (&left.values, &right.values) else {
             panic!("the factors belong to another multiplier");

@@ -91,7 +91,15 @@ pub trait Multiplier: Send + Sync {
     /// # Panics
     /// If the factors do not fit each other, were made by another multiplier, or `product` has not
     /// `rows · count · components` values.
-    fn multiply(&self, left: &Factor, right: &Factor, first: usize, count: usize, arrangement: Arrangement, product: &mut [f32]) -> Result<()>;
+    fn multiply(
+        &self,
+        left: &Factor,
+        right: &Factor,
+        first: usize,
+        count: usize,
+        arrangement: Arrangement,
+        product: &mut [f32],
+    ) -> Result<()>;
 
     /// Bytes of device memory that a factor of this size occupies, beyond the host's copy.
     fn device_bytes(&self, outer: usize, inner: usize, components: usize) -> u64;

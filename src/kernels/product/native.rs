@@ -29,7 +29,15 @@ impl Multiplier for Native {
         Ok(Factor { outer: columns, inner: terms, components, values: Values::Host(values) })
     }
 
-    fn multiply(&self, left: &Factor, right: &Factor, first: usize, count: usize, arrangement: Arrangement, product: &mut [f32]) -> Result<()> {
+    fn multiply(
+        &self,
+        left: &Factor,
+        right: &Factor,
+        first: usize,
+        count: usize,
+        arrangement: Arrangement,
+        product: &mut [f32],
+    ) -> Result<()> {
         check_fit(left, right, first, count, product);
         let (Values::Host(a), Values::Host(b)) = (&left.values, &right.values) else {
             panic!("the factors belong to another multiplier");

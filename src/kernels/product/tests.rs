@@ -28,8 +28,17 @@ fn multipliers(what: &str) -> Vec<Box<dyn Multiplier>> {
 }
 
 /// Shapes below, at and beyond the tiles of every kernel.
-const SHAPES: [(usize, usize, usize, usize); 9] =
-    [(1, 1, 1, 1), (1, 145, 1, 3), (3, 5, 7, 3), (32, 8, 8, 1), (100, 145, 24, 3), (127, 147, 129, 3), (130, 8, 300, 3), (5, 1300, 3, 3), (600, 9, 520, 3)];
+const SHAPES: [(usize, usize, usize, usize); 9] = [
+    (1, 1, 1, 1),
+    (1, 145, 1, 3),
+    (3, 5, 7, 3),
+    (32, 8, 8, 1),
+    (100, 145, 24, 3),
+    (127, 147, 129, 3),
+    (130, 8, 300, 3),
+    (5, 1300, 3, 3),
+    (600, 9, 520, 3),
+];
 
 #[test]
 fn every_entry_lies_within_the_rounding_bound() {

@@ -333,7 +333,12 @@ impl TraceScene {
 fn push_rings(rings: &mut Vec<Ring>, basis: &AngleBasis) {
     for ring in basis.rings() {
         let cos2 = |degrees: f64| if degrees >= 90.0 { 0.0 } else { degrees.to_radians().cos().powi(2) as f32 };
-        rings.push(Ring { cos2_low: cos2(ring.theta_min), cos2_high: cos2(ring.theta_max), first: ring.first as u32, bins: ring.bins as u32 });
+        rings.push(Ring {
+            cos2_low: cos2(ring.theta_min),
+            cos2_high: cos2(ring.theta_max),
+            first: ring.first as u32,
+            bins: ring.bins as u32,
+        });
     }
 }
 
@@ -346,9 +351,12 @@ fn material_record(kind: &MaterialKind) -> Material {
     let scaled = |c: [f64; 3], f: f64| c.map(|v| (v * f) as f32);
     let surface = Material { kind: SURFACE, ..bytemuck::Zeroable::zeroed() };
     match *kind {
-        MaterialKind::Plastic { color, specularity, roughness } => {
-            Material { diffuse: scaled(color, 1.0 - specularity), specular: [specularity as f32; 3], roughness: roughness as f32, ..surface }
-        }
+        MaterialKind::Plastic { color, specularity, roughness } => Material {
+            diffuse: scaled(color, 1.0 - specularity),
+            specular: [specularity as f32; 3],
+            roughness: roughness as f32,
+            ..surface
+        },
         MaterialKind::Metal { color, specularity, roughness } => Material {
             diffuse: scaled(color, 1.0 - specularity),
             specular: scaled(color, specularity),

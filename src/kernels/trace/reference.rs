@@ -94,7 +94,8 @@ fn meet(scene: &Scene, windows: &[Window], origin: DVec3, direction: DVec3) -> M
         if let Some(distance) = intersect(&t.vertices, origin, direction).filter(|&d| d < nearest) {
             nearest = distance;
             let [a, b, c] = t.vertices;
-            met = Met::Surface { distance, normal: (b - a).cross(c - a).normalize(), material: scene.materials[t.material.0 as usize].kind };
+            met =
+                Met::Surface { distance, normal: (b - a).cross(c - a).normalize(), material: scene.materials[t.material.0 as usize].kind };
         }
     }
     for (i, w) in windows.iter().enumerate() {
@@ -196,7 +197,15 @@ fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut
 }
 
 /// One row of V: irradiance coefficients of all windows' bins, `[bin][rgb]`. `bounces` as `-ab`.
-pub fn view_row(scene: &Scene, windows: &[Window], position: DVec3, normal: DVec3, bounces: u32, samples: usize, seed: u64) -> Vec<[Estimate; 3]> {
+pub fn view_row(
+    scene: &Scene,
+    windows: &[Window],
+    position: DVec3,
+    normal: DVec3,
+    bounces: u32,
+    samples: usize,
+    seed: u64,
+) -> Vec<[Estimate; 3]> {
     let firsts: Vec<usize> = windows.iter().scan(0, |n, w| Some(std::mem::replace(n, *n + w.basis.len()))).collect();
     let bins = windows.iter().map(|w| w.basis.len()).sum();
     let mut row = vec![[Estimate::default(); 3]; bins];
@@ -238,7 +247,15 @@ pub fn view_row(scene: &Scene, windows: &[Window], position: DVec3, normal: DVec
 }
 
 /// One row of D: `[patch][rgb]`. `bounces` as `-ab`.
-pub fn daylight_row(scene: &Scene, window: &Window, bin: usize, sky: ReinhartSky, bounces: u32, samples: usize, seed: u64) -> Vec<[Estimate; 3]> {
+pub fn daylight_row(
+    scene: &Scene,
+    window: &Window,
+    bin: usize,
+    sky: ReinhartSky,
+    bounces: u32,
+    samples: usize,
+    seed: u64,
+) -> Vec<[Estimate; 3]> {
     let mut row = vec![[Estimate::default(); 3]; sky.len()];
     let mut random = Random(seed);
     for _ in 0..samples {

@@ -88,13 +88,13 @@ impl Default for ViewOptions {
         Self {
             bounces: None,
             light_paths: 256,
-            visibility_rays: 8,
+            visibility_rays: 4,
             direct_samples: 512,
-            near_samples: 128,
+            near_samples: 512,
             batches: 8,
             seed: 1,
             roulette_weight: 0.05,
-            near_radius: 0.2,
+            near_radius: 0.4,
             memory: 1 << 30,
         }
     }
@@ -141,8 +141,13 @@ pub fn compute(
         return Err(Error::new("at least two batches are needed for a standard error"));
     }
     if !(1..=MOST_VISIBILITY_RAYS).contains(&options.visibility_rays) || !(1..=MOST_LIGHT_PATHS).contains(&options.light_paths) {
-        return Err(Error::new(format!("{} light paths and {} visibility rays per batch are outside what is possible", options.light_paths, options.visibility_rays))
-            .help(format!("light paths 1 to {MOST_LIGHT_PATHS}, visibility rays 1 to {MOST_VISIBILITY_RAYS}; use more batches for more samples")));
+        return Err(Error::new(format!(
+            "{} light paths and {} visibility rays per batch are outside what is possible",
+            options.light_paths, options.visibility_rays
+        ))
+        .help(format!(
+            "light paths 1 to {MOST_LIGHT_PATHS}, visibility rays 1 to {MOST_VISIBILITY_RAYS}; use more batches for more samples"
+        )));
     }
     let tables = TraceTables::new(scene, windows, WindowSurfaces::Absorb)?;
     let tracer = ViewTracer::new(device, windows, tables, options)?;
@@ -202,13 +207,7 @@ impl<'d> ViewTracer<'d> {
     }
 
     /// One tile of sensors; `first` is the number of its first sensor.
-    fn compute_tile(
-        &self,
-        sensors: &[Sensor],
-        first: usize,
-        result: &mut TracedMatrix,
-        stage: &dyn Fn(f64) -> Result<()>,
-    ) -> Result<()> {
+    fn compute_tile(&self, sensors: &[Sensor], first: usize, result: &mut TracedMatrix, stage: &dyn Fn(f64) -> Result<()>) -> Result<()> {
         let records: Vec<Receiver> = sensors
             .iter()
             .enumerate()
@@ -238,10 +237,10 @@ impl<'d> ViewTracer<'d> {
                 receivers_per_batch: false,
             };
             let receivers = (&sensors_buffer, records.len());
-            let near =
-                near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
+            let near = near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
             stage(0.2)?;
-            let gathered = if reflected { Some(self.gathered_part(&sensors_buffer, &records, cells, &mut result.statistics, stage)?) } else { None };
+            let gathered =
+                if reflected { Some(self.gathered_part(&sensors_buffer, &records, cells, &mut result.statistics, stage)?) } else { None };
             (gathered, Some(near))
         } else {
             (None, None)
@@ -291,7 +290,8 @@ impl<'d> ViewTracer<'d> {
         };
         let batches = o.batches as usize;
         let cells = batches * sensors.len() * bins * 4;
-        let sums = self.sampled_part(&self.direct, &params, "direct view matrix", buffer, sensors.len(), o.direct_samples, cells, statistics)?;
+        let sums =
+            self.sampled_part(&self.direct, &params, "direct view matrix", buffer, sensors.len(), o.direct_samples, cells, statistics)?;
         let exact: Vec<Vec<f64>> = sensors.par_iter().map(|s| self.unobstructed_row(s)).collect();
         let mut direct = vec![0.0; batches * sensors.len() * bins * 3];
         let all_batches = |sensor: usize, bin: usize, c: usize| -> f64 {

@@ -84,11 +84,8 @@ fn perpendicular(a: f64, b: f64, c: f64) -> f64 {
 fn an_asymmetric_room_agrees_with_the_reference_bin_by_bin() {
     let Some(device) = Device::for_tests("view matrix") else { return };
     let (scene, w) = asymmetric();
-    let sensors = [
-        sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]),
-        sensor([3.6, 0.6, 0.1], [0.0, 0.2, 1.0]),
-        sensor([0.05, 4.0, 1.5], [1.0, -0.3, 0.0]),
-    ];
+    let sensors =
+        [sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]), sensor([3.6, 0.6, 0.1], [0.0, 0.2, 1.0]), sensor([0.05, 4.0, 1.5], [1.0, -0.3, 0.0])];
     for bounces in [1, 2, 4] {
         let options = ViewOptions { bounces: Some(bounces), light_paths: 256, ..ViewOptions::default() };
         let v = compute(&device, &scene, std::slice::from_ref(&w), &sensors, &options, &Silent).unwrap();
@@ -114,11 +111,21 @@ fn mirrors_glass_and_translucent_walls_agree_with_the_reference() {
         transmissivity: 0.5,
         transmitted_specularity: 0.3,
     });
-    b.quad([[3.9, 0.5, 0.5], [3.9, 2.5, 0.5], [3.9, 2.5, 2.5], [3.9, 0.5, 2.5]].map(|p| p).into_iter().rev().collect::<Vec<_>>().try_into().unwrap(), mirror);
+    b.quad(
+        [[3.9, 0.5, 0.5], [3.9, 2.5, 0.5], [3.9, 2.5, 2.5], [3.9, 0.5, 2.5]]
+            .map(|p| p)
+            .into_iter()
+            .rev()
+            .collect::<Vec<_>>()
+            .try_into()
+            .unwrap(),
+        mirror,
+    );
     b.quad([[0.2, 1.0, 0.3], [2.5, 1.0, 0.3], [2.5, 1.0, 2.7], [0.2, 1.0, 2.7]], glass);
     b.quad([[0.5, 3.0, 0.0], [2.5, 3.0, 0.0], [2.5, 3.0, 2.0], [0.5, 3.0, 2.0]], trans);
     let scene = b.scene;
-    let sensors = [sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]), sensor([1.5, 4.0, 1.0], [0.0, -1.0, 0.3]), sensor([2.5, 1.4, 1.0], [1.0, 0.0, 0.2])];
+    let sensors =
+        [sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]), sensor([1.5, 4.0, 1.0], [0.0, -1.0, 0.3]), sensor([2.5, 1.4, 1.0], [1.0, 0.0, 0.2])];
     let options = ViewOptions { bounces: Some(3), light_paths: 256, near_samples: 4096, ..ViewOptions::default() };
     let v = compute(&device, &scene, std::slice::from_ref(&w), &sensors, &options, &Silent).unwrap();
     for (row, s) in sensors.iter().enumerate() {
@@ -176,7 +183,9 @@ fn a_closed_white_room_fills_up_to_the_analytic_radiosity() {
     // itself, which receives what the walls send back: E_window = F-weighted, found by reciprocity:
     // flux balance π = (1 − ρ)·E·5 + E_window·1, with E_window = ρ·Σ E_i F_i. Both unknowns come
     // from the traced result: a sensor on the window measures E_window.
-    let back: Vec<Sensor> = (0..n * n).map(|k| sensor([(f64::from(k / n) + 0.5) / f64::from(n), 1e-4, (f64::from(k % n) + 0.5) / f64::from(n)], [0.0, 1.0, 0.0])).collect();
+    let back: Vec<Sensor> = (0..n * n)
+        .map(|k| sensor([(f64::from(k / n) + 0.5) / f64::from(n), 1e-4, (f64::from(k % n) + 0.5) / f64::from(n)], [0.0, 1.0, 0.0]))
+        .collect();
     let w = window([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 0.0]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
     let on_window = compute(&device, &b.scene, &[w], &back, &options, &Silent).unwrap();
     let e_window: f64 = on_window.total.data().iter().map(|&x| f64::from(x)).sum::<f64>() / (3.0 * back.len() as f64);

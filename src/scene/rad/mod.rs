@@ -69,7 +69,9 @@ impl Sink for SceneSink {
         let at = |e| object.at(e, file);
         let surface = match object.kind {
             ObjectType::Surface(surface) => surface,
-            ObjectType::Unsupported(word, help) => return Err(at(Error::new(format!("the surface type `{word}` is not supported")).help(help))),
+            ObjectType::Unsupported(word, help) => {
+                return Err(at(Error::new(format!("the surface type `{word}` is not supported")).help(help)));
+            }
             ObjectType::Material(_) | ObjectType::Texture(_) => return Ok(()),
         };
         let modifier_name = placement.modifier.as_deref().unwrap_or(&object.modifier);
@@ -99,7 +101,8 @@ impl Sink for SceneSink {
                 }
                 let material = self.modifiers.material(modifier.as_ref(), &mut self.scene.materials, warnings).map_err(at)?;
                 if self.scene.triangles.len() + triangles.len() > MAX_TRIANGLES {
-                    return Err(at(Error::new(format!("the scene has more than {MAX_TRIANGLES} triangles")).help("use smaller arrays and fewer curved surfaces")));
+                    return Err(at(Error::new(format!("the scene has more than {MAX_TRIANGLES} triangles"))
+                        .help("use smaller arrays and fewer curved surfaces")));
                 }
                 let surface = self.scene.surfaces.len() as u32;
                 self.scene.surfaces.push(SurfaceOrigin { name, file: file.to_path_buf(), line: object.line });

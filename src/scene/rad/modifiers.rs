@@ -73,7 +73,9 @@ impl Modifiers {
         let at = |e: Error| e.file(file).line(line).field(format!("alias '{name}'"));
         let original = match self.find(target) {
             Ok(Some(original)) => original,
-            Ok(None) => return Err(at(Error::new("an alias cannot stand for `void`").help("write `void` as the modifier of the surfaces"))),
+            Ok(None) => {
+                return Err(at(Error::new("an alias cannot stand for `void`").help("write `void` as the modifier of the surfaces")));
+            }
             Err(_) => {
                 return Err(at(Error::new(format!("'{target}' is not defined before this line"))
                     .help("an alias reads `modifier alias name material`; define the material first")));
@@ -95,7 +97,12 @@ impl Modifiers {
     ///
     /// # Errors
     /// If the material is of a type this program does not know, or two materials are combined.
-    pub fn material(&mut self, modifier: Option<&Rc<Definition>>, materials: &mut Vec<Material>, warnings: &mut Warnings) -> Result<MaterialIndex> {
+    pub fn material(
+        &mut self,
+        modifier: Option<&Rc<Definition>>,
+        materials: &mut Vec<Material>,
+        warnings: &mut Warnings,
+    ) -> Result<MaterialIndex> {
         let add = |name: &str, kind: MaterialKind, materials: &mut Vec<Material>| {
             materials.push(Material { name: name.to_string(), kind });
             MaterialIndex((materials.len() - 1) as u32)
@@ -122,11 +129,10 @@ impl Modifiers {
         while let Some(d) = next {
             let at = |e| d.object.at(e, &d.file);
             match d.object.kind {
-                ObjectType::Texture(word) => warnings.push(at(Error::new(format!(
-                    "this {word} is ignored: '{}' is used without it",
-                    definition.name
-                ))
-                .help("where the variation matters, divide the surface among several materials"))),
+                ObjectType::Texture(word) => {
+                    warnings.push(at(Error::new(format!("this {word} is ignored: '{}' is used without it", definition.name))
+                        .help("where the variation matters, divide the surface among several materials")))
+                }
                 ObjectType::Unsupported(word, help) => {
                     return Err(at(Error::new(format!("the material type `{word}` is not supported")).help(help)));
                 }
@@ -176,7 +182,9 @@ fn check_counts(kind: MaterialType, object: &Object) -> Result<()> {
             .help(format!("the real arguments are: {meaning}")));
     }
     if !strings.contains(&object.strings.len()) {
-        return Err(Error::new(format!("{} string arguments, but none is expected", object.strings.len())).help("write 0 as the first count"));
+        return Err(
+            Error::new(format!("{} string arguments, but none is expected", object.strings.len())).help("write 0 as the first count")
+        );
     }
     Ok(())
 }
@@ -187,7 +195,9 @@ fn check_range(kind: MaterialType, object: &Object) -> Result<()> {
         return Err(Error::new(format!("the argument {v} is negative")).help("colours, fractions and roughness start at 0"));
     }
     if kind == MaterialType::Glass && object.reals.get(3).is_some_and(|n| *n < 1.0) {
-        return Err(Error::new(format!("the refraction index is {}", object.reals[3])).help("give an index of 1 or more, or leave it out for 1.52"));
+        return Err(
+            Error::new(format!("the refraction index is {}", object.reals[3])).help("give an index of 1 or more, or leave it out for 1.52")
+        );
     }
     Ok(())
 }
@@ -200,7 +210,9 @@ fn material_kind(kind: MaterialType, definition: &Definition, warnings: &mut War
         let v = object.reals[i];
         if v > 1.0 {
             let message = format!("{what} is {v}, more than 1; 1 is used");
-            warnings.push(object.at(Error::new(message).help("a surface cannot send back or pass on more light than it receives"), &definition.file));
+            warnings.push(
+                object.at(Error::new(message).help("a surface cannot send back or pass on more light than it receives"), &definition.file),
+            );
         }
         v.min(1.0)
     };

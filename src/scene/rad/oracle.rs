@@ -139,7 +139,12 @@ fn commands_expand_as_radiance_does() {
         red cup u 0 0 8 4 0 0 4 1 1 0 .3\nred ring r 0 0 8 1 1 1 .6 0 .8 .5 .1\nglowing source sun 0 0 4 1 2 3 .5\nglowing ring g 0 0 8 0 0 0 0 0 1 0 1\n";
     let nested = "!genbox red inner .5 .5 .5 | xform -n nest -rx 30\n!xform -n again -m blue -t 0 0 9 -mx things.rad\n";
     let materials = "void plastic red 0 0 5 .5 .2 .2 0 0\nvoid plastic blue 0 0 5 .1 .2 .9 0 0\nvoid glow glowing 0 0 4 1 1 1 2\n";
-    let folder = folder(&[("parts/things.rad", things), ("parts/nested.rad", nested), ("materials.rad", materials), ("things.rad", "red ring wrong 0 0 8 0 0 0 0 0 1 0 1\n")]);
+    let folder = folder(&[
+        ("parts/things.rad", things),
+        ("parts/nested.rad", nested),
+        ("materials.rad", materials),
+        ("things.rad", "red ring wrong 0 0 8 0 0 0 0 0 1 0 1\n"),
+    ]);
     xform.current_dir(folder.path()).arg("main.rad");
     for command in commands {
         std::fs::write(folder.path().join("main.rad"), format!("{command}\n")).unwrap();
@@ -156,7 +161,10 @@ fn commands_expand_as_radiance_does() {
             // The pieces come in another order, so only sums can be compared here; hits are
             // compared by another test.
             let sum = |s: &Scene| {
-                s.triangles.iter().map(|t| (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).dot(t.vertices[0]) / 6.0).sum::<f64>()
+                s.triangles
+                    .iter()
+                    .map(|t| (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).dot(t.vertices[0]) / 6.0)
+                    .sum::<f64>()
             };
             assert!((sum(&ours) - sum(&theirs)).abs() < 1e-9, "{command}: enclosed volume");
             assert!((area_of(&ours, "red") - area_of(&theirs, "red")).abs() < 1e-9, "{command}");
@@ -179,7 +187,8 @@ fn radiance_hits(folder: &Path, files: &[&str], rays: &[[DVec3; 2]]) -> Option<V
     use std::io::Write;
     let octree = testing::output(testing::radiance("oconv")?.current_dir(folder).arg("-w").args(files));
     std::fs::write(folder.join("scene.oct"), octree).unwrap();
-    let text: String = rays.iter().map(|[o, d]| format!("{:.17e} {:.17e} {:.17e} {:.17e} {:.17e} {:.17e}\n", o.x, o.y, o.z, d.x, d.y, d.z)).collect();
+    let text: String =
+        rays.iter().map(|[o, d]| format!("{:.17e} {:.17e} {:.17e} {:.17e} {:.17e} {:.17e}\n", o.x, o.y, o.z, d.x, d.y, d.z)).collect();
     let mut input = tempfile::tempfile().unwrap();
     input.write_all(text.as_bytes()).unwrap();
     std::io::Seek::rewind(&mut input).unwrap();
@@ -227,16 +236,39 @@ fn nearest_hit(scene: &Scene, [origin, direction]: [DVec3; 2]) -> Option<(String
 fn nasty_outlines() -> Vec<(&'static str, Vec<[f64; 2]>)> {
     let mut outlines: Vec<(&str, Vec<[f64; 2]>)> = vec![
         ("concave", vec![[0., 0.], [1., 0.], [1., 1.], [0.5, 0.2], [0., 1.]]),
-        ("seam to a corner", vec![[0., 0.], [1., 0.], [1., 1.], [0., 1.], [0., 0.], [0.2, 0.2], [0.2, 0.8], [0.8, 0.8], [0.8, 0.2], [0.2, 0.2]]),
-        ("hole wound the same way", vec![[0., 0.], [1., 0.], [1., 1.], [0., 1.], [0., 0.], [0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8], [0.2, 0.2]]),
+        (
+            "seam to a corner",
+            vec![[0., 0.], [1., 0.], [1., 1.], [0., 1.], [0., 0.], [0.2, 0.2], [0.2, 0.8], [0.8, 0.8], [0.8, 0.2], [0.2, 0.2]],
+        ),
+        (
+            "hole wound the same way",
+            vec![[0., 0.], [1., 0.], [1., 1.], [0., 1.], [0., 0.], [0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8], [0.2, 0.2]],
+        ),
         (
             "two holes, seams in a row",
             vec![
-                [0., 0.], [1., 0.], [1., 1.], [0., 1.], [0., 0.], [0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.6, 0.6], [0.6, 0.9], [0.9, 0.9], [0.9, 0.6], [0.6, 0.6],
-                [0.3, 0.3], [0.3, 0.1], [0.1, 0.1],
+                [0., 0.],
+                [1., 0.],
+                [1., 1.],
+                [0., 1.],
+                [0., 0.],
+                [0.1, 0.1],
+                [0.1, 0.3],
+                [0.3, 0.3],
+                [0.6, 0.6],
+                [0.6, 0.9],
+                [0.9, 0.9],
+                [0.9, 0.6],
+                [0.6, 0.6],
+                [0.3, 0.3],
+                [0.3, 0.1],
+                [0.1, 0.1],
             ],
         ),
-        ("hole that touches the outline", vec![[0., 0.], [0.5, 0.], [0.3, 0.5], [0.5, 0.7], [0.7, 0.5], [0.5, 0.], [1., 0.], [1., 1.], [0., 1.]]),
+        (
+            "hole that touches the outline",
+            vec![[0., 0.], [0.5, 0.], [0.3, 0.5], [0.5, 0.7], [0.7, 0.5], [0.5, 0.], [1., 0.], [1., 1.], [0., 1.]],
+        ),
         ("seam along the outline", vec![[0., 0.], [1., 0.], [1., 1.], [0., 1.], [0., 0.5], [0., 0.2], [0.4, 0.2], [0.4, 0.5], [0., 0.5]]),
         ("uneven bow tie", vec![[0., 0.], [1., 1.], [1., 0.1], [0., 0.4]]),
         ("pentagram", (0..5).map(|i| (i as f64 * 4.0 * std::f64::consts::PI / 5.0).sin_cos().into()).collect()),
@@ -256,7 +288,8 @@ fn nasty_outlines() -> Vec<(&'static str, Vec<[f64; 2]>)> {
     // On a grid, so that corners, edges and crossings coincide.
     for n in [6, 8, 10, 14] {
         for _ in 0..10 {
-            let outline: Vec<[f64; 2]> = (0..n).map(|_| [(random.next() * 4.0).floor() / 4.0, (random.next() * 4.0).floor() / 4.0]).collect();
+            let outline: Vec<[f64; 2]> =
+                (0..n).map(|_| [(random.next() * 4.0).floor() / 4.0, (random.next() * 4.0).floor() / 4.0]).collect();
             let area: f64 = (0..n).map(|i| outline[i][0] * outline[(i + 1) % n][1] - outline[i][1] * outline[(i + 1) % n][0]).sum();
             // Without a net area a polygon has no plane: Radiance takes what rounding leaves.
             if area != 0.0 {
@@ -357,7 +390,9 @@ fn polygons_that_are_not_plane_are_flattened_as_radiance_does() {
     for (ray, expected) in rays.iter().zip(&expected) {
         match (nearest_hit(&scene, *ray), expected) {
             (None, None) => {}
-            (Some((name, distance, front)), Some((n, d, f))) => assert!(name == *n && front == *f && (distance - d).abs() < 1e-4, "{ray:?}"),
+            (Some((name, distance, front)), Some((n, d, f))) => {
+                assert!(name == *n && front == *f && (distance - d).abs() < 1e-4, "{ray:?}")
+            }
             _ => differ += 1,
         }
     }
@@ -401,7 +436,9 @@ fn curved_surfaces_and_rounded_boxes_are_hit_where_radiances_are() {
         for i in range {
             let expected = expected[i].as_ref().filter(|(_, d, _)| is_near(rays[i][0] + rays[i][1] * *d));
             match (nearest_hit(&scene, rays[i]), expected) {
-                (Some((_, distance, front)), Some((_, d, f))) if front == *f && (distance - d).abs() < 0.05 => worst = worst.max((distance - d).abs()),
+                (Some((_, distance, front)), Some((_, d, f))) if front == *f && (distance - d).abs() < 0.05 => {
+                    worst = worst.max((distance - d).abs())
+                }
                 (None, None) => {}
                 _ => differ += 1,
             }

@@ -66,11 +66,15 @@ impl<'a> Reader<'a> {
             return Err(Error::new("this is a folder, not a scene file").file(path).help("name a .rad file in it"));
         }
         if let Some(first) = self.chain.iter().position(|p| *p == identity) {
-            let via: Vec<String> = self.chain[first..].iter().map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
-            return Err(Error::new(format!("{} includes itself (by way of {})", path.display(), via.join(" → "))).help("remove the `!xform` that closes the circle"));
+            let via: Vec<String> =
+                self.chain[first..].iter().map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
+            return Err(Error::new(format!("{} includes itself (by way of {})", path.display(), via.join(" → ")))
+                .help("remove the `!xform` that closes the circle"));
         }
         if self.chain.len() >= MAX_DEPTH {
-            return Err(Error::new(format!("files include each other more than {MAX_DEPTH} deep")).help("put the files together into fewer"));
+            return Err(
+                Error::new(format!("files include each other more than {MAX_DEPTH} deep")).help("put the files together into fewer")
+            );
         }
         let statements = match self.parsed.get(&identity) {
             Some(statements) => Rc::clone(statements),
@@ -145,7 +149,8 @@ impl<'a> Reader<'a> {
     /// one of the scene's own files, in the working folder. Where there is none, in the other.
     fn resolve(&self, name: &str, including: &Path) -> Result<PathBuf> {
         if name.starts_with('!') {
-            return Err(Error::new(format!("'{name}' is a command in the place of a file")).help("write the command first and pipe it: `!genbox … | xform …`"));
+            return Err(Error::new(format!("'{name}' is a command in the place of a file"))
+                .help("write the command first and pipe it: `!genbox … | xform …`"));
         }
         let working = self.base.join(name);
         let beside = including.parent().unwrap_or(Path::new("")).join(name);

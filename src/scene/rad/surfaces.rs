@@ -40,7 +40,9 @@ pub fn geometry(surface: Surface, object: &Object, placement: &Placement, file: 
                 return Err(at(Error::new("the direction of the source is zero").help("give the direction towards the source")));
             };
             if !(r[3] > 0.0 && r[3] <= 360.0) {
-                return Err(at(Error::new(format!("the opening angle is {}", r[3])).help("give the full angle in degrees, above 0 and up to 360")));
+                return Err(at(
+                    Error::new(format!("the opening angle is {}", r[3])).help("give the full angle in degrees, above 0 and up to 360")
+                ));
             }
             return Ok(Geometry::Distant(direction, r[3]));
         }
@@ -68,7 +70,10 @@ pub fn geometry(surface: Surface, object: &Object, placement: &Placement, file: 
                 return Ok(Geometry::Triangles(Vec::new()));
             }
             if radius < 0.0 {
-                warn("the radius is negative".to_string(), "it is turned inside out, as in Radiance; write `bubble` for `sphere` and a positive radius");
+                warn(
+                    "the radius is negative".to_string(),
+                    "it is turned inside out, as in Radiance; write `bubble` for `sphere` and a positive radius",
+                );
                 inward = !inward;
             }
             Ok(shapes::sphere(point(0), radius.abs()))
@@ -87,7 +92,10 @@ pub fn geometry(surface: Surface, object: &Object, placement: &Placement, file: 
         Surface::Cylinder | Surface::Tube | Surface::Cone | Surface::Cup => {
             let [mut r0, mut r1] = [r[6], *r.get(7).unwrap_or(&r[6])].map(|v| v * placement.scale);
             if r0 < 0.0 && r1 < 0.0 || r0 <= 0.0 && r1 < 0.0 || r0 < 0.0 && r1 <= 0.0 {
-                warn("the radius is negative".to_string(), "it is turned inside out, as in Radiance; write `tube` or `cup` and positive radii");
+                warn(
+                    "the radius is negative".to_string(),
+                    "it is turned inside out, as in Radiance; write `tube` or `cup` and positive radii",
+                );
                 (r0, r1) = (-r0, -r1);
                 inward = !inward;
             }

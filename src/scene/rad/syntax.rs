@@ -209,7 +209,9 @@ impl ObjectType {
 /// Binary data, unknown object types, wrong or missing counts and arguments, with their line.
 pub fn parse(text: &[u8], file: &Path) -> Result<Vec<Statement>> {
     if text.starts_with(b"#?RADIANCE") {
-        return Err(Error::new("this is an octree, a picture or a matrix, not a scene description").file(file).help("give the `.rad` files"));
+        return Err(Error::new("this is an octree, a picture or a matrix, not a scene description")
+            .file(file)
+            .help("give the `.rad` files"));
     }
     if let Some(zero) = text.iter().position(|&b| b == 0) {
         let line = 1 + text[..zero].iter().filter(|&&b| b == b'\n').count();
@@ -224,7 +226,8 @@ pub fn parse(text: &[u8], file: &Path) -> Result<Vec<Statement>> {
             Some(b'#') => {
                 let line = words.line;
                 let comment = words.rest_of_line(false);
-                if let Some(parameters) = comment.strip_prefix("#@rfluxmtx").filter(|p| p.is_empty() || p.starts_with(char::is_whitespace)) {
+                if let Some(parameters) = comment.strip_prefix("#@rfluxmtx").filter(|p| p.is_empty() || p.starts_with(char::is_whitespace))
+                {
                     statements.push(Statement::Parameters { text: parameters.trim().to_string(), line });
                 }
             }
@@ -249,7 +252,12 @@ fn statement(words: &mut Words) -> Result<Statement> {
         return Ok(Statement::Alias { modifier, name, target, line });
     }
     let Some(object_type) = ObjectType::from_word(&kind) else {
-        let known = SURFACES.iter().map(|(w, _)| *w).chain(MATERIALS.iter().map(|(w, _)| *w)).chain(TEXTURES).chain(UNSUPPORTED.iter().map(|(w, _)| *w));
+        let known = SURFACES
+            .iter()
+            .map(|(w, _)| *w)
+            .chain(MATERIALS.iter().map(|(w, _)| *w))
+            .chain(TEXTURES)
+            .chain(UNSUPPORTED.iter().map(|(w, _)| *w));
         let nearest = known.map(|w| (edit_distance(w, &kind), w)).min().filter(|(d, _)| *d <= 2);
         let help = match nearest {
             Some((_, word)) => format!("did you mean `{word}`?"),

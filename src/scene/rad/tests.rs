@@ -76,7 +76,8 @@ fn all_materials_are_understood() {
 
 #[test]
 fn a_name_means_its_latest_definition_before_the_place_of_use() {
-    let scene = one(&format!("{RED}{SQUARE}void glow red 0 0 4 1 1 1 0\nvoid alias two red\n{RED}two ring r 0 0 8 0 0 0 0 0 1 0 1\n{SQUARE}"));
+    let scene =
+        one(&format!("{RED}{SQUARE}void glow red 0 0 4 1 1 1 0\nvoid alias two red\n{RED}two ring r 0 0 8 0 0 0 0 0 1 0 1\n{SQUARE}"));
     let kinds: Vec<bool> = scene.materials.iter().map(|m| matches!(m.kind, MaterialKind::Glow { .. })).collect();
     assert_eq!(kinds, [false, true, false]);
 }
@@ -94,7 +95,8 @@ fn curved_surfaces_turn_the_right_way_and_have_the_right_size() {
     let polygon = (2.0 * PI / 144.0).sin() * 72.0;
     let ring = of("ring r 0 0 8 1 2 3 0 -2 0 .5 2");
     assert!((area_vector(&ring) + DVec3::Y * polygon * 3.75).length() < 1e-12);
-    let closed = |mantle: &str| of(&format!("{mantle} 0 0 7 0 0 0 0 0 2 .5\nred ring a 0 0 8 0 0 2 0 0 1 0 .5\nred ring b 0 0 8 0 0 0 0 0 -1 0 .5"));
+    let closed =
+        |mantle: &str| of(&format!("{mantle} 0 0 7 0 0 0 0 0 2 .5\nred ring a 0 0 8 0 0 2 0 0 1 0 .5\nred ring b 0 0 8 0 0 0 0 0 -1 0 .5"));
     assert!((volume(&closed("cylinder c")) - 2.0 * 0.25 * polygon).abs() < 1e-12);
     assert!(volume(&closed("tube c")) < 0.0);
     let cone = of("cone k 0 0 8 0 0 0 0 0 3 1 0\nred ring b 0 0 8 0 0 0 0 0 -1 0 1");
@@ -107,7 +109,8 @@ fn a_cylinder_and_the_rings_that_close_it_share_their_corners() {
     let can = "red cylinder c 0 0 7 .1 .2 .3 1.3 -.7 .9 .37\nred ring a 0 0 8 .1 .2 .3 -1.2 .9 -.6 0 .37\nred ring b 0 0 8 1.3 -.7 .9 1.2 -.9 .6 .37 0\n";
     let (scene, _) = read(&[("main.rad", &format!("{RED}!xform -rx 13 -rz 77 -s 1.7 -t 3 4 5 can.rad\n")), ("can.rad", can)]);
     let scene = scene.unwrap();
-    let corners = |surface: u32| -> Vec<DVec3> { scene.triangles.iter().filter(|t| t.surface == surface).flat_map(|t| t.vertices).collect() };
+    let corners =
+        |surface: u32| -> Vec<DVec3> { scene.triangles.iter().filter(|t| t.surface == surface).flat_map(|t| t.vertices).collect() };
     let mantle = corners(0);
     for ring in [1, 2] {
         let centre = corners(ring)[0];
@@ -120,7 +123,9 @@ fn a_cylinder_and_the_rings_that_close_it_share_their_corners() {
 
 #[test]
 fn every_edge_of_a_box_and_a_sphere_has_a_neighbour() {
-    for shape in ["!genbox red b 1 2 3\n", "!genbox red b 1 2 3 -i -b .1\n", "!genbox red b 1 2 3 -i -r .2\n", "red sphere s 0 0 4 .3 .1 .2 .7\n"] {
+    for shape in
+        ["!genbox red b 1 2 3\n", "!genbox red b 1 2 3 -i -b .1\n", "!genbox red b 1 2 3 -i -r .2\n", "red sphere s 0 0 4 .3 .1 .2 .7\n"]
+    {
         let scene = one(&format!("{RED}{shape}"));
         let mut edges: Vec<[[u64; 3]; 2]> = Vec::new();
         let key = |p: DVec3| p.to_array().map(|c| (c * 1e9).round() as i64 as u64);
@@ -191,7 +196,9 @@ fn circles_of_files_and_bombs_end() {
     let mut files: Vec<(&str, &str)> = chain.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
     files.push(("main.rad", "!xform f0.rad\n"));
     assert!(read(&files).0.unwrap_err().contains("64 deep"));
-    assert!(fails(&format!("{RED}!genbox red b 1 1 1 | xform -a 1000 -t 1 0 0 -a 1000 -t 0 1 0 -a 1000 -t 0 0 1\n")).contains("repetitions"));
+    assert!(
+        fails(&format!("{RED}!genbox red b 1 1 1 | xform -a 1000 -t 1 0 0 -a 1000 -t 0 1 0 -a 1000 -t 0 0 1\n")).contains("repetitions")
+    );
     assert!(fails(&format!("{RED}!genblinds red b 1 1 1 1e12 0\n")).contains("nslats"));
     assert!(fails("void plastic m 0 0 99999999999 1 1\n").contains("ends where real argument 3"));
     assert!(fails("void plastic m 99999999999999999999999 0 0\n").contains("not a whole number"));
@@ -200,9 +207,13 @@ fn circles_of_files_and_bombs_end() {
 #[test]
 fn patterns_are_named_when_they_are_left_out() {
     let pattern = "void brightfunc stripes 2 b f.cal 0 0\n";
-    let (scene, warnings) = warned(&format!("{pattern}stripes plastic striped 0 0 5 .5 .5 .5 0 0\nstriped {}", SQUARE.strip_prefix("red ").unwrap()));
+    let (scene, warnings) =
+        warned(&format!("{pattern}stripes plastic striped 0 0 5 .5 .5 .5 0 0\nstriped {}", SQUARE.strip_prefix("red ").unwrap()));
     assert_eq!(scene.materials[0].kind, MaterialKind::Plastic { color: [0.5; 3], specularity: 0.0, roughness: 0.0 });
-    assert!(warnings.starts_with("main.rad:1: brightfunc 'stripes': this brightfunc is ignored: 'striped' is used without it"), "{warnings}");
+    assert!(
+        warnings.starts_with("main.rad:1: brightfunc 'stripes': this brightfunc is ignored: 'striped' is used without it"),
+        "{warnings}"
+    );
     // Through an alias that adds it, too; but not where nothing uses it.
     let (_, warnings) = warned(&format!("{RED}{pattern}stripes alias both red\nboth {}", SQUARE.strip_prefix("red ").unwrap()));
     assert!(warnings.contains("'both' is used without it"), "{warnings}");
@@ -216,7 +227,10 @@ fn materials_of_other_kinds_are_refused_only_where_they_are_used() {
         let definition = format!("void {kind} other 0 0 0\n");
         one(&format!("{definition}{RED}{SQUARE}"));
         let error = fails(&format!("{definition}other {}", SQUARE.strip_prefix("red ").unwrap()));
-        assert!(error.starts_with(&format!("main.rad:1: {kind} 'other': the material type `{kind}` is not supported\n  help: ")), "{error}");
+        assert!(
+            error.starts_with(&format!("main.rad:1: {kind} 'other': the material type `{kind}` is not supported\n  help: ")),
+            "{error}"
+        );
     }
     assert!(fails("void instance i 1 a.oct 0 0\n").contains("the surface type `instance` is not supported"));
     assert!(fails(&format!("{RED}red glow two 0 0 4 1 1 1 0\ntwo {}", SQUARE.strip_prefix("red ").unwrap())).contains("modify each other"));

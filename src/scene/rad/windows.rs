@@ -28,10 +28,17 @@ pub fn read_windows(file: &Path, base: &Path, warnings: &mut Warnings) -> Result
     let mut sink = WindowSink::default();
     Reader::new(base).read(file, &mut sink, warnings)?;
     if let Some((_, origin_file, line)) = &sink.pending {
-        warnings.push(Error::new("no surface follows this #@rfluxmtx comment").file(origin_file).line(*line).help("put it before the window's polygon"));
+        warnings.push(
+            Error::new("no surface follows this #@rfluxmtx comment")
+                .file(origin_file)
+                .line(*line)
+                .help("put it before the window's polygon"),
+        );
     }
     if sink.windows.is_empty() {
-        return Err(Error::new("there is no window in this file").file(base.join(file)).help("give polygons whose normals point into the room"));
+        return Err(Error::new("there is no window in this file")
+            .file(base.join(file))
+            .help("give polygons whose normals point into the room"));
     }
     sink.windows.into_iter().map(|w| w.finish(warnings)).collect()
 }
@@ -76,7 +83,13 @@ impl Sink for WindowSink {
         let name = placement.modifier.as_deref().unwrap_or(&object.modifier).to_string();
         let origin = SurfaceOrigin { name: format!("{}{}", placement.prefix, object.name), file: file.to_path_buf(), line: object.line };
         let index = self.windows.iter().position(|w| w.name == name).unwrap_or_else(|| {
-            self.windows.push(Group { name, origin: origin.clone(), triangles: Vec::new(), surfaces: Vec::new(), parameters: Parameters::default() });
+            self.windows.push(Group {
+                name,
+                origin: origin.clone(),
+                triangles: Vec::new(),
+                surfaces: Vec::new(),
+                parameters: Parameters::default(),
+            });
             self.windows.len() - 1
         });
         let group = &mut self.windows[index];
@@ -123,10 +136,18 @@ impl Group {
             };
             if cosine <= 0.0 {
                 let message = format!("surface '{}' faces away from the other surfaces of the window", origin.name);
-                return Err(at(Error::new(message).help("turn all normals into the room, or give windows of different orientation different modifiers"), origin));
+                return Err(at(
+                    Error::new(message)
+                        .help("turn all normals into the room, or give windows of different orientation different modifiers"),
+                    origin,
+                ));
             }
             if cosine < WARN_ANGLE_DEG.to_radians().cos() {
-                let message = format!("surface '{}' is turned by {:.1}° from the mean of its window; one normal is used for all", origin.name, cosine.acos().to_degrees());
+                let message = format!(
+                    "surface '{}' is turned by {:.1}° from the mean of its window; one normal is used for all",
+                    origin.name,
+                    cosine.acos().to_degrees()
+                );
                 warnings.push(at(Error::new(message).help("give windows of different orientation different modifiers"), origin));
             }
         }
@@ -181,7 +202,8 @@ fn hemisphere(text: &str) -> Result<(Option<AngleBasis>, bool)> {
 
 fn direction(text: &str) -> Result<DVec3> {
     let bad = || {
-        Error::new(format!("u={} is not a direction", super::syntax::shortened(text))).help("write an axis as u=Z, u=+Y, u=-X or three numbers as u=0,0,1")
+        Error::new(format!("u={} is not a direction", super::syntax::shortened(text)))
+            .help("write an axis as u=Z, u=+Y, u=-X or three numbers as u=0,0,1")
     };
     let (sign, axis) = match text.strip_prefix('-') {
         Some(rest) => (-1.0, rest),
@@ -193,7 +215,8 @@ fn direction(text: &str) -> Result<DVec3> {
         "Z" | "z" => return Ok(DVec3::Z * sign),
         _ => {}
     }
-    let numbers: Vec<f64> = text.split(',').map(|t| t.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect::<Option<_>>().ok_or_else(bad)?;
+    let numbers: Vec<f64> =
+        text.split(',').map(|t| t.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect::<Option<_>>().ok_or_else(bad)?;
     match numbers[..] {
         [x, y, z] => DVec3::new(x, y, z).try_normalize().ok_or_else(bad),
         _ => Err(bad()),

@@ -124,7 +124,10 @@ impl Xform {
             words.next();
             let mut number = || -> Result<f64> {
                 let text = words.next().ok_or_else(|| Error::new(format!("xform {word} lacks a number")))?;
-                text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| Error::new(format!("xform {word} needs a number, not '{text}'")))
+                text.parse()
+                    .ok()
+                    .filter(|v: &f64| v.is_finite())
+                    .ok_or_else(|| Error::new(format!("xform {word} needs a number, not '{text}'")))
             };
             let mut operation = Placement::default();
             match word {
@@ -146,9 +149,14 @@ impl Xform {
                 "-i" | "-a" => {
                     let text = words.next().ok_or_else(|| Error::new(format!("xform {word} lacks its count")))?;
                     let count: usize = text.parse().ok().filter(|&n| word == "-i" || n > 0).ok_or_else(|| {
-                        Error::new(format!("xform {word} needs a {} whole number, not '{text}'", if word == "-i" { "non-negative" } else { "positive" }))
+                        Error::new(format!(
+                            "xform {word} needs a {} whole number, not '{text}'",
+                            if word == "-i" { "non-negative" } else { "positive" }
+                        ))
                     })?;
-                    let limit = || Error::new(format!("xform {word} {text} asks for more than {MAX_COPIES} repetitions")).help("use a smaller count");
+                    let limit = || {
+                        Error::new(format!("xform {word} {text} asks for more than {MAX_COPIES} repetitions")).help("use a smaller count")
+                    };
                     if word == "-a" {
                         copies = copies.checked_mul(count).filter(|&n| n <= MAX_COPIES).ok_or_else(limit)?;
                     } else if count > MAX_COPIES {
@@ -159,10 +167,12 @@ impl Xform {
                     continue;
                 }
                 "-f" => {
-                    return Err(Error::new("xform -f (transformations from a file) is not supported").help("write the transformations into the command"));
+                    return Err(Error::new("xform -f (transformations from a file) is not supported")
+                        .help("write the transformations into the command"));
                 }
                 "-I" | "-m" | "-n" | "-e" | "-c" => {
-                    return Err(Error::new(format!("xform {word} stands after a transformation")).help("put -I, -m, -n and -e before the first transformation, as xform itself demands"));
+                    return Err(Error::new(format!("xform {word} stands after a transformation"))
+                        .help("put -I, -m, -n and -e before the first transformation, as xform itself demands"));
                 }
                 _ => {
                     return Err(Error::new(format!("xform has no option '{word}'"))
@@ -178,14 +188,12 @@ impl Xform {
 
     /// The copies it makes, in Radiance's order, with their names.
     pub fn copies(&self) -> Vec<Placement> {
-        let arrays: Vec<usize> = self.segments.iter().filter_map(|s| if let Repeat::Array(n) = s.repeat { Some(n) } else { None }).collect();
+        let arrays: Vec<usize> =
+            self.segments.iter().filter_map(|s| if let Repeat::Array(n) = s.repeat { Some(n) } else { None }).collect();
         let mut copies = Vec::new();
         let mut indices = vec![0; arrays.len()];
-        let fixed: Vec<Placement> = self
-            .segments
-            .iter()
-            .map(|s| if let Repeat::Times(n) = s.repeat { s.step.repeated(n) } else { Placement::default() })
-            .collect();
+        let fixed: Vec<Placement> =
+            self.segments.iter().map(|s| if let Repeat::Times(n) = s.repeat { s.step.repeated(n) } else { Placement::default() }).collect();
         // Powers of each array's step, grown by one multiplication per copy.
         let powers: Vec<Vec<Placement>> = self
             .segments
