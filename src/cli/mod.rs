@@ -3,12 +3,14 @@
 
 mod bsdf;
 mod devices;
+mod glare;
 mod matrix;
 mod matrix_picture;
 mod multiply;
 mod progress;
 mod run;
 mod sky;
+mod view;
 
 use clap::{Parser, Subcommand};
 use lucarne::{Result, Warnings};
@@ -32,6 +34,8 @@ enum Verb {
     Sky(sky::Args),
     /// Product of matrices V·T·D·S (as dctimestep).
     Multiply(multiply::Args),
+    /// Discomfort glare of pictures: DGP, UGR and others (as evalglare).
+    Glare(glare::Args),
     /// GPU devices of this machine, the preferred one first.
     Devices(devices::Args),
     /// A whole project: a year of illuminance from a project.toml.
@@ -48,6 +52,7 @@ pub fn main() -> ExitCode {
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
+        Verb::Glare(args) => glare::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),
     };
     for warning in warnings.iter() {

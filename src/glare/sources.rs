@@ -50,7 +50,16 @@ pub struct Source {
     pub is_peak: bool,
 }
 
-/// Two blocks of pixels that may hold neighbours.
+/// A block of pixels that are all within reach of one another, in a cap around them.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    centre: [f64; 3],
+    radius: f64,
+    /// Cosine of the angle to the centre beyond which nothing is within reach of the block.
+    cos_beyond: f64,
+}
+
+/// Two blocks that may hold neighbours.
 #[derive(Debug, Clone, Copy)]
 struct Pair {
     other: u32,
@@ -58,107 +67,117 @@ struct Pair {
     surely: bool,
 }
 
-/// Which pixels of a view are within reach of one another: the view in small blocks, with the pairs
-/// of blocks that may hold neighbours. Computed once per view and search radius.
+/// Which pixels of a view are within reach of one another: the view in blocks, with the pairs of
+/// blocks that may hold neighbours. Computed once per view and search radius.
 #[derive(Debug, Clone)]
 pub struct Neighbourhood {
     cos_reach: f64,
     block_of: Vec<u32>,
-    /// Whether all pixels of a block are within reach of one another.
-    tight: Vec<bool>,
+    blocks: Vec<Block>,
     pairs_from: Vec<u32>,
     pairs: Vec<Pair>,
 }
+
+/// Room for rounding when caps are compared with the reach.
+const ROUNDING: f64 = 1e-9;
 
 impl Neighbourhood {
     /// Neighbours by a search radius (rad, a full angle: pixels up to half of it apart are neighbours).
     pub fn new(geometry: &PixelGeometry, search_radius: f64) -> Self {
         let reach = (search_radius / 2.0).clamp(0.0, std::f64::consts::PI);
-        // The largest block whose diagonal is within reach in the middle of the view.
-        let side = (reach / (std::f64::consts::SQRT_2 * geometry.pixel_pitch())).floor().clamp(1.0, 64.0) as usize;
-        let across = geometry.width.div_ceil(side);
-        let blocks = across * geometry.height.div_ceil(side);
-        let mut block_of = Vec::with_capacity(geometry.pixel_count());
-        let mut sums = vec![[0.0; 3]; blocks];
-        for i in 0..geometry.pixel_count() {
-            let block = i / geometry.width / side * across + i % geometry.width / side;
-            block_of.push(block as u32);
-            if geometry.is_inside(i) {
-                let d = geometry.directions[i];
-                let s = &mut sums[block];
-                *s = [s[0] + d[0], s[1] + d[1], s[2] + d[2]];
+        let mut blocks = Vec::new();
+        // 0 for pixels outside the view, which are never asked for.
+        let mut block_of = vec![0; geometry.pixel_count()];
+        // Blocks whose diagonal is within reach in the middle of the view; where they are larger
+        // than that, in quarters. Even for long reaches small enough to be nearly flat.
+        let side = (reach.min(0.2) / (std::f64::consts::SQRT_2 * geometry.pixel_pitch())).floor().clamp(1.0, 64.0) as usize;
+        let mut squares: Vec<[usize; 3]> = Vec::new();
+        for y in (0..geometry.height).step_by(side).rev() {
+            squares.extend((0..geometry.width).step_by(side).rev().map(|x| [x, y, side]));
+        }
+        while let Some([left, top, side]) = squares.pop() {
+            let pixels: Vec<u32> = (top..(top + side).min(geometry.height))
+                .flat_map(|y| (left..(left + side).min(geometry.width)).map(move |x| (y * geometry.width + x) as u32))
+                .filter(|&p| geometry.is_inside(p as usize))
+                .collect();
+            if pixels.is_empty() {
+                continue;
+            }
+            match Block::around(&pixels, geometry, reach) {
+                Some(block) => {
+                    pixels.iter().for_each(|&p| block_of[p as usize] = blocks.len() as u32);
+                    blocks.push(block);
+                }
+                None => {
+                    let half = side.div_ceil(2);
+                    squares.extend([[half, half], [0, half], [half, 0], [0, 0]].map(|[x, y]| [left + x, top + y, half]));
+                }
             }
         }
-        // Caps around the blocks' pixels. A block without a mean direction gets the whole sphere.
-        let centres: Vec<Option<[f64; 3]>> = sums.iter().map(|&s| normalise(s)).collect();
-        let mut chords = vec![0.0f64; blocks];
-        for (i, &block) in block_of.iter().enumerate() {
-            if let (Some(c), true) = (centres[block as usize], geometry.is_inside(i)) {
-                chords[block as usize] = chords[block as usize].max(distance_squared(c, geometry.directions[i]));
-            }
-        }
-        const ROUNDING: f64 = 1e-9;
-        let caps: Vec<Option<Cap>> = centres
-            .iter()
-            .zip(&chords)
-            .map(|(c, &chord)| c.map(|centre| Cap { centre, radius: 2.0 * (chord.sqrt() / 2.0).min(1.0).asin() + ROUNDING }))
-            .collect();
-        let tight = caps.iter().map(|c| c.as_ref().is_some_and(|c| 2.0 * c.radius <= reach)).collect();
-        let (pairs_from, pairs) = neighbouring_caps(&caps, reach);
-        Self { cos_reach: reach.cos(), block_of, tight, pairs_from, pairs }
+        let (pairs_from, pairs) = neighbouring_blocks(&blocks, reach);
+        Self { cos_reach: reach.cos(), block_of, blocks, pairs_from, pairs }
     }
 
-    /// Groups pixels (ascending) of the geometry this was made for. The label of a group is the
-    /// place in the list of its first pixel.
+    /// Groups pixels (ascending, inside the view) of the geometry this was made for. The label of a
+    /// group is the place in the list of its first pixel.
     pub fn group(&self, pixels: &[u32], geometry: &PixelGeometry) -> Vec<u32> {
-        let mut groups = Groups::new(pixels.len());
-        let blocks = Buckets::new(pixels, &self.block_of, self.tight.len());
-        let direction = |place: u32| geometry.directions[pixels[place as usize] as usize];
-        let near = |a: [f64; 3], b: u32| dot(a, direction(b)) >= self.cos_reach;
-        for &block in &blocks.occupied {
-            let here = blocks.places(block);
-            for (n, &a) in here.iter().enumerate() {
-                if self.tight[block as usize] {
-                    groups.join(here[0], a);
-                    continue;
-                }
-                let from = direction(a);
-                here[n + 1..].iter().filter(|&&b| near(from, b)).for_each(|&b| groups.join(a, b));
-            }
-        }
-        for &block in &blocks.occupied {
-            let here = blocks.places(block);
+        let members = Members::new(pixels, &self.block_of, self.blocks.len());
+        let direction = |p: u32| geometry.directions[p as usize];
+        let mut groups = Groups::new(self.blocks.len());
+        for &block in &members.occupied {
             for pair in &self.pairs[self.pairs_from[block as usize] as usize..self.pairs_from[block as usize + 1] as usize] {
-                let there = blocks.places(pair.other);
-                if there.is_empty() {
+                let there = members.of(pair.other);
+                if there.is_empty() || groups.find(block) == groups.find(pair.other) {
                     continue;
                 }
-                let whole = self.tight[block as usize] && self.tight[pair.other as usize];
-                if whole && groups.find(here[0]) == groups.find(there[0]) {
-                    continue;
-                }
-                if pair.surely {
-                    here.iter().for_each(|&a| groups.join(a, there[0]));
-                    there.iter().for_each(|&b| groups.join(here[0], b));
-                } else if whole {
-                    if here.iter().any(|&a| there.iter().any(|&b| near(direction(a), b))) {
-                        groups.join(here[0], there[0]);
-                    }
-                } else {
-                    for &a in here {
-                        there.iter().filter(|&&b| near(direction(a), b)).for_each(|&b| groups.join(a, b));
-                    }
+                let other = &self.blocks[pair.other as usize];
+                let joined = pair.surely
+                    || members.of(block).iter().map(|&a| direction(a)).filter(|&a| dot(a, other.centre) >= other.cos_beyond).any(|a| {
+                        there.iter().any(|&b| dot(a, direction(b)) >= self.cos_reach)
+                    });
+                if joined {
+                    groups.join(block, pair.other);
                 }
             }
         }
-        (0..pixels.len() as u32).map(|place| groups.find(place)).collect()
+        // Groups of blocks are named after blocks; their first pixel names them for the caller.
+        let mut first = vec![u32::MAX; self.blocks.len()];
+        let block_of = pixels.iter().map(|&p| self.block_of[p as usize]);
+        let labels = block_of.zip(0..).map(|(block, place)| {
+            let name = &mut first[groups.find(block) as usize];
+            *name = (*name).min(place);
+            *name
+        });
+        labels.collect()
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Cap {
-    centre: [f64; 3],
-    radius: f64,
+impl Block {
+    /// The block of some pixels, or `None` if they are not all within reach of one another.
+    fn around(pixels: &[u32], geometry: &PixelGeometry, reach: f64) -> Option<Self> {
+        let direction = |&p: &u32| geometry.directions[p as usize];
+        let sum = pixels.iter().map(direction).fold([0.0; 3], |s, d| [s[0] + d[0], s[1] + d[1], s[2] + d[2]]);
+        let [first, .., last] = pixels else {
+            return Some(Self::cap(geometry.directions[pixels[0] as usize], 0.0, reach));
+        };
+        // The pixels furthest apart are ends of rows.
+        let row = |p: u32| p as usize / geometry.width;
+        let inner = pixels.windows(2).filter(|pair| row(pair[0]) != row(pair[1])).flatten();
+        let ends: Vec<[f64; 3]> = [first].into_iter().chain(inner).chain([last]).map(direction).collect();
+        let limit = 4.0 * (reach / 2.0).sin().powi(2);
+        let far = |(i, &a): (usize, &[f64; 3])| ends[i + 1..].iter().any(|&b| distance_squared(a, b) > limit);
+        if ends.iter().enumerate().any(far) {
+            return None;
+        }
+        let centre = normalise(sum)?;
+        let chord = ends.iter().map(|&d| distance_squared(centre, d)).fold(0.0, f64::max).sqrt();
+        Some(Self::cap(centre, 2.0 * (chord / 2.0).min(1.0).asin(), reach))
+    }
+
+    fn cap(centre: [f64; 3], radius: f64, reach: f64) -> Self {
+        let radius = radius + ROUNDING;
+        Self { centre, radius, cos_beyond: (reach + radius).min(std::f64::consts::PI).cos() }
+    }
 }
 
 fn distance_squared(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -166,55 +185,51 @@ fn distance_squared(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(d, d)
 }
 
-/// Pairs of caps with points within reach of one another: for each cap its partners of higher number.
-fn neighbouring_caps(caps: &[Option<Cap>], reach: f64) -> (Vec<u32>, Vec<Pair>) {
-    let widest = caps.iter().flatten().fold(0.0f64, |a, c| a.max(c.radius));
+/// Pairs of blocks with points within reach of one another: for each block its partners of higher number.
+fn neighbouring_blocks(blocks: &[Block], reach: f64) -> (Vec<u32>, Vec<Pair>) {
+    let widest = blocks.iter().fold(0.0f64, |a, c| a.max(c.radius));
     // Centres further apart than this never matter; a grid of this spacing finds the others.
-    let furthest = 2.0 * ((reach + 2.0 * widest).min(std::f64::consts::PI) / 2.0).sin();
+    let furthest = 2.0 * ((reach + 2.0 * widest).min(std::f64::consts::PI) / 2.0).sin() + ROUNDING;
     let spacing = furthest.max(2.0 / 64.0);
     let per_axis = (2.0 / spacing).floor() as usize + 1;
     let coordinate = |x: f64| (((x + 1.0) / spacing) as usize).min(per_axis - 1);
+    let place = |[x, y, z]: [usize; 3]| (z * per_axis + y) * per_axis + x;
     let mut grid: Vec<Vec<u32>> = vec![Vec::new(); per_axis.pow(3)];
-    let mut place_of = Vec::with_capacity(caps.len());
-    for (i, cap) in caps.iter().enumerate() {
-        let place = cap.map(|c| c.centre.map(coordinate));
-        if let Some([x, y, z]) = place {
-            grid[(z * per_axis + y) * per_axis + x].push(i as u32);
-        }
-        place_of.push(place);
+    for (i, block) in blocks.iter().enumerate() {
+        grid[place(block.centre.map(coordinate))].push(i as u32);
     }
     let (mut from, mut pairs) = (vec![0], Vec::new());
-    for (i, cap) in caps.iter().enumerate() {
+    for (i, a) in blocks.iter().enumerate() {
         let first = pairs.len();
-        if let (Some(a), Some([x, y, z])) = (cap, place_of[i]) {
-            let around = |c: usize| c.saturating_sub(1)..=(c + 1).min(per_axis - 1);
-            for (gz, gy, gx) in around(z).flat_map(|gz| around(y).flat_map(move |gy| around(x).map(move |gx| (gz, gy, gx)))) {
-                for &j in grid[(gz * per_axis + gy) * per_axis + gx].iter().filter(|&&j| j as usize > i) {
-                    let Some(b) = caps[j as usize] else { continue };
-                    if distance_squared(a.centre, b.centre) > furthest * furthest {
-                        continue;
-                    }
-                    let apart = dot(cross(a.centre, b.centre), cross(a.centre, b.centre)).sqrt().atan2(dot(a.centre, b.centre));
-                    if apart - a.radius - b.radius <= reach {
-                        pairs.push(Pair { other: j, surely: apart + a.radius + b.radius <= reach });
-                    }
+        let [x, y, z] = a.centre.map(coordinate).map(|c| c.saturating_sub(1)..=(c + 1).min(per_axis - 1));
+        for cell in z.flat_map(|z| y.clone().map(move |y| [y, z])).flat_map(|[y, z]| x.clone().map(move |x| [x, y, z])) {
+            for &j in grid[place(cell)].iter().filter(|&&j| j as usize > i) {
+                let b = &blocks[j as usize];
+                if distance_squared(a.centre, b.centre) > furthest * furthest {
+                    continue;
+                }
+                let across = cross(a.centre, b.centre);
+                let apart = dot(across, across).sqrt().atan2(dot(a.centre, b.centre));
+                if apart - a.radius - b.radius <= reach {
+                    pairs.push(Pair { other: j, surely: apart + a.radius + b.radius <= reach });
                 }
             }
         }
-        pairs[first..].sort_unstable_by_key(|p: &Pair| p.other);
+        // Near blocks first: they join the most, and what is joined needs no look at its pixels.
+        pairs[first..].sort_unstable_by_key(|p: &Pair| (!p.surely, p.other));
         from.push(pairs.len() as u32);
     }
     (from, pairs)
 }
 
-/// Places of a pixel list, sorted by block.
-struct Buckets {
+/// A list of pixels sorted by block.
+struct Members {
     occupied: Vec<u32>,
     from: Vec<u32>,
-    places: Vec<u32>,
+    pixels: Vec<u32>,
 }
 
-impl Buckets {
+impl Members {
     fn new(pixels: &[u32], block_of: &[u32], blocks: usize) -> Self {
         let mut from = vec![0u32; blocks + 1];
         for &p in pixels {
@@ -225,17 +240,17 @@ impl Buckets {
             from[b + 1] += from[b];
         }
         let mut next = from.clone();
-        let mut places = vec![0; pixels.len()];
-        for (place, &p) in pixels.iter().enumerate() {
+        let mut sorted = vec![0; pixels.len()];
+        for &p in pixels {
             let slot = &mut next[block_of[p as usize] as usize];
-            places[*slot as usize] = place as u32;
+            sorted[*slot as usize] = p;
             *slot += 1;
         }
-        Self { occupied, from, places }
+        Self { occupied, from, pixels: sorted }
     }
 
-    fn places(&self, block: u32) -> &[u32] {
-        &self.places[self.from[block as usize] as usize..self.from[block as usize + 1] as usize]
+    fn of(&self, block: u32) -> &[u32] {
+        &self.pixels[self.from[block as usize] as usize..self.from[block as usize + 1] as usize]
     }
 }
 
@@ -304,7 +319,9 @@ fn collect(pixels: &[u32], labels: &[u32]) -> Vec<Vec<u32>> {
 fn describe(pixels: Vec<u32>, is_peak: bool, luminance: &[f32], geometry: &PixelGeometry, settings: &Settings) -> Source {
     let (mut solid_angle, mut flux, mut illuminance, mut peak) = (0.0, 0.0, 0.0, 0.0f64);
     let (mut x, mut y, mut direction) = (0.0, 0.0, [0.0; 3]);
+    let (width, last_row) = (geometry.width as u32, geometry.height as u32 - 1);
     for &p in &pixels {
+        let (column, row) = (p % width, last_row - p / width);
         let p = p as usize;
         let l = f64::from(luminance[p]);
         let weight = l * geometry.solid_angles[p];
@@ -312,8 +329,8 @@ fn describe(pixels: Vec<u32>, is_peak: bool, luminance: &[f32], geometry: &Pixel
         flux += weight;
         illuminance += l * geometry.projected_solid_angles[p];
         peak = peak.max(l);
-        x += weight * (p % geometry.width) as f64;
-        y += weight * (geometry.height - 1 - p / geometry.width) as f64;
+        x += weight * f64::from(column);
+        y += weight * f64::from(row);
         let d = geometry.directions[p];
         direction = [direction[0] + weight * d[0], direction[1] + weight * d[1], direction[2] + weight * d[2]];
     }

@@ -347,3 +347,51 @@ fn veil_conserves_light_and_has_its_width() {
         assert!(veil::spread_peaks(&mut picture, &g, 5e4, f64::NAN).is_err());
     }
 }
+
+/// `cargo test --release --lib glare::tests::timing -- --ignored --nocapture`: milliseconds of one thread.
+#[test]
+#[ignore = "a measurement, not a test"]
+fn timing() {
+    for size in [256, 400, 1000] {
+        let start = std::time::Instant::now();
+        let g = fisheye(size);
+        let geometry_ms = start.elapsed().as_secs_f64() * 1e3;
+        let start = std::time::Instant::now();
+        let analyser = Analyser::new(g.clone(), Settings::default()).unwrap();
+        let analyser_ms = start.elapsed().as_secs_f64() * 1e3;
+        println!("{size}: geometry {geometry_ms:.1} ms (all threads), analyser {analyser_ms:.1} ms");
+        let mut random = Random(1);
+        let plain = vec![500.0f32; g.pixel_count()];
+        let mut room = plain.clone();
+        paint(&mut room, &g, towards(0.0, 10.0), 35.0, 6000.0);
+        paint(&mut room, &g, towards(60.0, 20.0), 10.0, 9000.0);
+        paint(&mut room, &g, towards(10.0, 30.0), 0.3, 1e8);
+        let mut discs = plain.clone();
+        for _ in 0..30 {
+            paint(&mut discs, &g, towards(random.next() * 170.0 - 85.0, random.next() * 160.0 - 80.0), 4.0, 1e4);
+        }
+        let speckled = |density: f64, random: &mut Random| plain.iter().map(|&l| if random.next() < density { 1e4 } else { l }).collect::<Vec<f32>>();
+        let cases = [
+            ("no source", plain.clone()),
+            ("window, patch and sun", room),
+            ("30 discs", discs),
+            ("0.3 % lone pixels", speckled(0.003, &mut random)),
+            ("5 % lone pixels", speckled(0.05, &mut random)),
+            ("half of all pixels", speckled(0.5, &mut random)),
+            ("all a source", vec![5000.0; g.pixel_count()]),
+        ];
+        for (name, luminance) in &cases {
+            let runs = 20;
+            let mut times: Vec<f64> = (0..runs)
+                .map(|_| {
+                    let start = std::time::Instant::now();
+                    std::hint::black_box(analyser.analyse(luminance, None).unwrap());
+                    start.elapsed().as_secs_f64() * 1e3
+                })
+                .collect();
+            times.sort_by(f64::total_cmp);
+            let sources = analyser.analyse(luminance, None).unwrap().sources.len();
+            println!("   {name}: {sources} sources, median {:.2} ms, least {:.2} ms", times[runs / 2], times[0]);
+        }
+    }
+}

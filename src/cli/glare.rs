@@ -1,0 +1,280 @@
+//! `lucarne glare`: discomfort glare of pictures, as CSV.
+
+use super::view::ViewOptions;
+use clap::ValueEnum;
+use lucarne::camera::{Raster, View};
+use lucarne::glare::{self, Analyser, Background, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, SourcePosition, TaskArea, Threshold};
+use lucarne::image::{self, Picture};
+use lucarne::{Error, Result, Warnings};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex};
+
+/// Options; single letters mean what they mean in evalglare.
+#[derive(clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub struct Args {
+    /// Pictures: .hdr (RGBE) or .exr, radiance in W/m²sr.
+    #[arg(required = true, value_name = "IMAGE")]
+    images: Vec<PathBuf>,
+    /// After the pictures' lines, a second table with a line per source.
+    #[arg(short = 'd', long = "detail")]
+    detail: bool,
+    /// Threshold of glare: above 100 a luminance in cd/m², up to 100 a multiple of the task's
+    /// luminance or, without a task, of the average. Default 2000 cd/m², with a task 5 times its luminance.
+    #[arg(short = 'b', value_name = "THRESHOLD")]
+    threshold: Option<f64>,
+    /// Search radius, rad: pixels up to half of it apart are one source.
+    #[arg(short = 'r', value_name = "RADIANS", default_value_t = 0.2)]
+    search_radius: f64,
+    /// Task area: pixel of its centre (from the left, from the bottom) and full opening angle, rad.
+    #[arg(short = 't', num_args = 3, value_names = ["X", "Y", "RADIANS"], conflicts_with = "coloured_task")]
+    task: Option<Vec<f64>>,
+    /// The same, shown bluish in the check picture.
+    #[arg(short = 'T', num_args = 3, value_names = ["X", "Y", "RADIANS"])]
+    coloured_task: Option<Vec<f64>>,
+    /// Extract peaks (the default).
+    #[arg(short = 'y', conflicts_with = "no_peaks")]
+    peaks: bool,
+    /// Luminance from which pixels form sources of their own, cd/m².
+    #[arg(short = 'Y', value_name = "LUMINANCE", default_value_t = 50_000.0)]
+    peak_limit: f64,
+    /// Do not extract peaks.
+    #[arg(short = 'x')]
+    no_peaks: bool,
+    /// Look for sources only in the field of view after Guth: 1 of both eyes together, 2 seen by both.
+    #[arg(short = 'G', value_name = "TYPE", value_parser = clap::value_parser!(u8).range(1..=2))]
+    field_of_view: Option<u8>,
+    /// Write a picture with the sources coloured (one input picture only).
+    #[arg(short = 'c', value_name = "PICTURE")]
+    check_picture: Option<PathBuf>,
+    /// Vertical illuminance for DGP, lx, instead of the picture's own (with a picture of the direct
+    /// light only: eDGPs).
+    #[arg(short = 'i', value_name = "LUX")]
+    illuminance: Option<f64>,
+    /// Low-light correction of DGP: l+ on, l- off.
+    #[arg(short = 'C', value_name = "l+|l-", default_value = "l-", allow_hyphen_values = true)]
+    low_light: String,
+    /// Position index: 0 Guth, 1 Kim, 2 Guth with Iwata's below the line of sight.
+    #[arg(short = 'P', value_name = "MODEL", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2))]
+    position_index: u8,
+    /// Background luminance: 0 (Ev - Edir)/pi, 1 mean of what is no source, 2 Ev/pi.
+    #[arg(short = 'q', value_name = "MODE", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2))]
+    background: u8,
+    /// DGP's exponents and constants a1 a2 a3 a4 a5 c1 c2 c3.
+    #[arg(short = 'w', num_args = 8, value_name = "NUMBER", conflicts_with = "constants")]
+    weights: Option<Vec<f64>>,
+    /// DGP's constants: those of today's evalglare (0.092, 0.159) or of the paper of 2006 (0.0918, 0.16).
+    #[arg(long, value_enum, default_value_t = Constants::Evalglare)]
+    constants: Constants,
+    /// Where a source stands: at evalglare's truncated pixel or at its exact centroid.
+    #[arg(long, value_enum, default_value_t = Position::Pixel)]
+    source_position: Position,
+    /// Spread pixels from the peak limit on by a Gaussian of this full width at half maximum,
+    /// degrees, before the analysis, as a camera or the eye does.
+    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "0.533", require_equals = true)]
+    peak_veil: Option<f64>,
+    #[command(flatten)]
+    view: ViewOptions,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Constants {
+    Evalglare,
+    Original,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Position {
+    Pixel,
+    Centroid,
+}
+
+/// First line of the table of pictures.
+const HEADER: &str = "file,dgp,dgi,ugr,vcp,cgi,ugp,ev_lux,average_luminance,background_luminance,sources";
+/// First line of the table of sources.
+const SOURCE_HEADER: &str = "file,source,pixels,x,y,luminance,peak_luminance,solid_angle_sr,position_index,sigma_deg,tau_deg,illuminance_lux,contrast,direction_x,direction_y,direction_z,is_peak";
+
+/// Analyses pictures and prints the tables. Pictures at fault are reported; the others' results stay.
+pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
+    let settings = settings(&args)?;
+    if args.check_picture.is_some() && args.images.len() > 1 {
+        return Err(Error::new("a check picture can be written of one picture only").field("-c").help("give one picture, or leave out -c"));
+    }
+    let views = Mutex::new(HashMap::new());
+    println!("{HEADER}");
+    let mut sources = String::new();
+    let mut failed = 0;
+    // A few pictures at a time bound the memory; results come in the order of the arguments.
+    for images in args.images.chunks(2 * rayon::current_num_threads()) {
+        let results: Vec<(Result<Glare>, Warnings)> = images
+            .par_iter()
+            .map(|path| {
+                let mut warnings = Warnings::new();
+                (analyse(path, &args, &settings, &views, &mut warnings).map_err(|e| e.file(path)), warnings)
+            })
+            .collect();
+        for (path, (result, noted)) in images.iter().zip(results) {
+            noted.iter().for_each(|w| warnings.push(w.clone()));
+            match result {
+                Ok(glare) => {
+                    println!("{}", picture_line(path, &glare));
+                    source_lines(path, &glare, &settings, &mut sources);
+                }
+                Err(error) if args.images.len() == 1 => return Err(error),
+                Err(error) => {
+                    failed += 1;
+                    eprintln!("lucarne: error: {error}");
+                }
+            }
+        }
+    }
+    if args.detail {
+        print!("\n{SOURCE_HEADER}\n{sources}");
+    }
+    if failed > 0 {
+        return Err(Error::new(format!("{failed} of {} pictures could not be analysed", args.images.len())));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn settings(args: &Args) -> Result<Settings> {
+    let task = args.task.as_ref().or(args.coloured_task.as_ref()).map(|v| TaskArea { x: v[0], y: v[1], opening_angle: v[2] });
+    let low_light_correction = match args.low_light.as_str() {
+        "l+" => true,
+        "l-" | "0" => false,
+        other => return Err(Error::new(format!("'{other}' is no correction")).field("-C").help("l+ for the low-light correction, l- for none")),
+    };
+    let dgp = match (&args.weights, args.constants) {
+        (Some(w), _) => DgpModel { exponents: [w[0], w[1], w[2], w[3], w[4]], constants: [w[5], w[6], w[7]], low_light_correction },
+        (None, Constants::Evalglare) => DgpModel { low_light_correction, ..DgpModel::EVALGLARE },
+        (None, Constants::Original) => DgpModel { low_light_correction, ..DgpModel::ORIGINAL },
+    };
+    Ok(Settings {
+        threshold: Threshold::from_option(args.threshold, task.is_some()),
+        task,
+        search_radius: args.search_radius,
+        peak_limit: (!args.no_peaks).then_some(args.peak_limit),
+        field_of_view: match args.field_of_view {
+            None => FieldOfView::Whole,
+            Some(1) => FieldOfView::Total,
+            Some(_) => FieldOfView::Binocular,
+        },
+        position_index: [PositionIndex::Guth, PositionIndex::Kim, PositionIndex::GuthIwata][usize::from(args.position_index)],
+        source_position: match args.source_position {
+            Position::Pixel => SourcePosition::TruncatedPixel,
+            Position::Centroid => SourcePosition::Centroid,
+        },
+        dgp,
+        background: [Background::Illuminance, Background::MeanLuminance, Background::WholeIlluminance][usize::from(args.background)],
+    })
+}
+
+/// Analysers by view, size and pixels; pictures of one series share theirs.
+type Views = Mutex<HashMap<(String, usize, usize), Arc<Analyser>>>;
+
+fn analyse(path: &Path, args: &Args, settings: &Settings, views: &Views, warnings: &mut Warnings) -> Result<Glare> {
+    let picture = image::hdr::read(path)?;
+    let view = args.view.view_of_picture(picture.view.as_deref())?;
+    let key = (view.to_options(), picture.width, picture.height);
+    let analyser = {
+        let mut views = views.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        match views.get(&key) {
+            Some(analyser) => analyser.clone(),
+            None => {
+                let analyser = Arc::new(analyser(&view, &picture, settings, path, warnings)?);
+                views.insert(key, analyser.clone());
+                analyser
+            }
+        }
+    };
+    let mut faults = Warnings::new();
+    let mut luminance = glare::detect::luminance(&picture.pixels, picture.width, &mut faults);
+    faults.iter().for_each(|w| warnings.push(w.clone().file(path)));
+    if let Some(width) = args.peak_veil {
+        glare::veil::spread_peaks(&mut luminance, analyser.geometry(), args.peak_limit, width)?;
+    }
+    let glare = analyser.analyse(&luminance, args.illuminance)?;
+    if let Some(check) = &args.check_picture {
+        let mut coloured = glare::check::check_picture(&analyser, &luminance, &glare, args.coloured_task.is_some())?;
+        coloured.view = Some(view.to_options());
+        image::hdr::write(check, &coloured)?;
+    }
+    Ok(glare)
+}
+
+fn analyser(view: &View, picture: &Picture, settings: &Settings, path: &Path, warnings: &mut Warnings) -> Result<Analyser> {
+    let camera = view.camera()?;
+    let geometry = PixelGeometry::new(&Raster::new(camera, picture.width, picture.height)?)?;
+    let squareness = picture.height as f64 / picture.width as f64 / camera.aspect();
+    if (squareness - 1.0).abs() > 0.02 {
+        warnings.push(
+            Error::new(format!("pixels are not square: {} × {} pixels for a view of {} by {} degrees", picture.width, picture.height, view.horizontal, view.vertical))
+                .file(path)
+                .help("if the picture was cropped, say the angles that are left with -vh and -vv"),
+        );
+    }
+    let coverage = geometry.hemisphere_coverage();
+    if coverage < 0.98 {
+        warnings.push(
+            Error::new(format!("the view covers {:.1} % of the hemisphere (weighted by the cosine): vertical illuminance and DGP lack the rest", 100.0 * coverage))
+                .file(path)
+                .help("use a fisheye of 180°; if the picture is one, say so: `-vta -vh 180 -vv 180`; or give the illuminance with -i"),
+        );
+    }
+    if settings.search_radius / 2.0 < geometry.pixel_pitch() {
+        warnings.push(
+            Error::new(format!("the search radius of {} rad joins no pixels: they are {:.4} rad apart", settings.search_radius, geometry.pixel_pitch()))
+                .file(path)
+                .help("use larger pictures or a larger -r; the radius is a full angle, pixels up to half of it apart are joined"),
+        );
+    }
+    Analyser::new(Arc::new(geometry), settings.clone())
+}
+
+fn picture_line(path: &Path, glare: &Glare) -> String {
+    let i = &glare.indices;
+    let numbers = [i.dgp, i.dgi, i.ugr, i.vcp, i.cgi, i.ugp, glare.vertical_illuminance, glare.average_luminance, glare.background_luminance];
+    let mut line = quoted(path);
+    for n in numbers {
+        let _ = write!(line, ",{n:.6}");
+    }
+    let _ = write!(line, ",{}", glare.sources.len());
+    line
+}
+
+fn source_lines(path: &Path, glare: &Glare, settings: &Settings, out: &mut String) {
+    let name = quoted(path);
+    let contrast_of = |s: &glare::Source| settings.dgp.contrast_of((s.luminance, s.solid_angle, s.position_index));
+    let whole: f64 = glare.sources.iter().map(contrast_of).sum();
+    for (n, s) in glare.sources.iter().enumerate() {
+        let share = if whole > 0.0 { contrast_of(s) / whole } else { 0.0 };
+        let [dx, dy, dz] = s.direction;
+        let _ = writeln!(
+            out,
+            "{name},{},{},{:.3},{:.3},{:.6},{:.6},{:.10},{:.6},{:.6},{:.6},{:.6},{:.6},{dx:.6},{dy:.6},{dz:.6},{}",
+            n + 1,
+            s.pixels.len(),
+            s.x,
+            s.y,
+            s.luminance,
+            s.peak_luminance,
+            s.solid_angle,
+            s.position_index,
+            s.sigma,
+            s.tau,
+            s.illuminance,
+            share * glare.indices.contrast,
+            u8::from(s.is_peak)
+        );
+    }
+}
+
+/// A field of a CSV file.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+}
