@@ -3,7 +3,7 @@
 use super::view::ViewOptions;
 use clap::ValueEnum;
 use lucarne::camera::{Raster, View};
-use lucarne::glare::{self, Analyser, Background, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, SourcePosition, TaskArea, Threshold};
+use lucarne::glare::{self, Analyser, Background, Convention, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, TaskArea, Threshold};
 use lucarne::image::{self, Picture};
 use lucarne::{Error, Result, Warnings};
 use rayon::prelude::*;
@@ -70,9 +70,10 @@ pub struct Args {
     /// DGP's constants: those of today's evalglare (0.092, 0.159) or of the paper of 2006 (0.0918, 0.16).
     #[arg(long, value_enum, default_value_t = Constants::Evalglare)]
     constants: Constants,
-    /// Where a source stands: at evalglare's truncated pixel or at its exact centroid.
-    #[arg(long, value_enum, default_value_t = Position::Pixel)]
-    source_position: Position,
+    /// How positions are measured: as evalglare, which cuts a source's place to whole pixels and
+    /// tilts the position index with the view, or exactly.
+    #[arg(long, value_enum, default_value_t = Positions::Evalglare)]
+    positions: Positions,
     /// Spread pixels from the peak limit on by a Gaussian of this full width at half maximum,
     /// degrees, before the analysis, as a camera or the eye does.
     #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "0.533", require_equals = true)]
@@ -88,9 +89,9 @@ enum Constants {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Position {
-    Pixel,
-    Centroid,
+enum Positions {
+    Evalglare,
+    Exact,
 }
 
 /// First line of the table of pictures.
@@ -164,9 +165,9 @@ fn settings(args: &Args) -> Result<Settings> {
             Some(_) => FieldOfView::Binocular,
         },
         position_index: [PositionIndex::Guth, PositionIndex::Kim, PositionIndex::GuthIwata][usize::from(args.position_index)],
-        source_position: match args.source_position {
-            Position::Pixel => SourcePosition::TruncatedPixel,
-            Position::Centroid => SourcePosition::Centroid,
+        convention: match args.positions {
+            Positions::Evalglare => Convention::Evalglare,
+            Positions::Exact => Convention::Exact,
         },
         dgp,
         background: [Background::Illuminance, Background::MeanLuminance, Background::WholeIlluminance][usize::from(args.background)],

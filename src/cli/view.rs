@@ -30,13 +30,13 @@ pub struct ViewOptions {
     #[arg(long, group = "projection")]
     vtc: bool,
     /// View point.
-    #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"])]
+    #[arg(long, num_args = 3, allow_hyphen_values = true, value_names = ["X", "Y", "Z"])]
     vp: Option<Vec<f64>>,
     /// View direction.
-    #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"])]
+    #[arg(long, num_args = 3, allow_hyphen_values = true, value_names = ["X", "Y", "Z"])]
     vd: Option<Vec<f64>>,
     /// Up vector.
-    #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"])]
+    #[arg(long, num_args = 3, allow_hyphen_values = true, value_names = ["X", "Y", "Z"])]
     vu: Option<Vec<f64>>,
     /// Horizontal size, degrees.
     #[arg(long, value_name = "DEGREES")]
@@ -51,10 +51,10 @@ pub struct ViewOptions {
     #[arg(long, value_name = "DISTANCE")]
     va: Option<f64>,
     /// Shift to the right, in picture widths.
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, allow_hyphen_values = true, value_name = "SHARE")]
     vs: Option<f64>,
     /// Lift, in picture heights.
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, allow_hyphen_values = true, value_name = "SHARE")]
     vl: Option<f64>,
 }
 

@@ -14,6 +14,12 @@ pub struct ViewFrame {
     pub up: [f64; 3],
     /// To the right in the picture.
     pub right: [f64; 3],
+    /// Length of the view's up vector (a unit vector, not always across the view direction) seen
+    /// along the view direction: 1 for a level view with a vertical up vector. Only
+    /// [`Convention::Evalglare`] makes use of it.
+    ///
+    /// [`Convention::Evalglare`]: super::Convention::Evalglare
+    pub up_length: f64,
 }
 
 impl ViewFrame {
@@ -27,7 +33,14 @@ impl ViewFrame {
             Error::new(format!("the up vector {up:?} is parallel to the view direction {forward:?}"))
                 .help("a view straight up or down needs another up vector, for instance `-vu 0 1 0`")
         })?;
-        Ok(Self { forward: f, up: cross(right, f), right })
+        let up = normalise(up).unwrap_or(up);
+        let across = cross(f, up);
+        Ok(Self { forward: f, up: cross(right, f), right, up_length: dot(across, across).sqrt().min(1.0) })
+    }
+
+    /// The same axes with an up vector across the view direction.
+    pub fn squared(self) -> Self {
+        Self { up_length: 1.0, ..self }
     }
 }
 
@@ -116,7 +129,7 @@ impl PixelGeometry {
                 above = below;
             }
         });
-        let frame = ViewFrame { forward: camera.direction.to_array(), up: camera.up.to_array(), right: camera.right.to_array() };
+        let frame = ViewFrame::new(camera.view().direction.to_array(), camera.view().up.to_array())?;
         Self::from_pixels(width, height, frame, pixels)
     }
 

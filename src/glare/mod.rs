@@ -12,8 +12,8 @@
 //! - Pixels behind the viewer never count, whatever the projection.
 //! - An index without meaning (UGR and UGP of a picture that is a source all over) is [`UNDEFINED`].
 //!
-//! Like evalglare, and unless [`SourcePosition::Centroid`] is chosen, a source stands at the pixel
-//! whose numbers are its centroid's cut to integers; that moves sources by half a pixel on average.
+//! Two more peculiarities of evalglare are kept unless [`Convention::Exact`] is chosen, since they
+//! decide whether results agree with those of other projects.
 
 pub mod annual;
 pub mod check;
@@ -32,7 +32,7 @@ pub use detect::{TaskArea, Threshold};
 pub use geometry::{PixelGeometry, ViewFrame};
 pub use index::{Background, DgpModel, Indices, UNDEFINED};
 pub use position::{FieldOfView, PositionIndex};
-pub use sources::{Neighbourhood, Source, SourcePosition};
+pub use sources::{Neighbourhood, Source};
 
 /// What to look for in a picture and how to judge it. The default is evalglare's.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,8 +51,8 @@ pub struct Settings {
     pub field_of_view: FieldOfView,
     /// Position index.
     pub position_index: PositionIndex,
-    /// Where in the view a source stands.
-    pub source_position: SourcePosition,
+    /// How positions in the view are measured.
+    pub convention: Convention,
     /// DGP's constants and low-light correction.
     pub dgp: DgpModel,
     /// Definition of the background luminance.
@@ -68,9 +68,33 @@ impl Default for Settings {
             peak_limit: Some(50_000.0),
             field_of_view: FieldOfView::Whole,
             position_index: PositionIndex::Guth,
-            source_position: SourcePosition::TruncatedPixel,
+            convention: Convention::Evalglare,
             dgp: DgpModel::default(),
             background: Background::default(),
+        }
+    }
+}
+
+/// How positions in the view are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Convention {
+    /// As evalglare 3.06. A source stands at the pixel whose column and row (from the bottom) are its
+    /// centroid's cut to integers: half a pixel too far left and down on average, so that a
+    /// mirrored picture gives slightly different results. The angle τ from upwards is measured to
+    /// the view's up vector even where that is not across the view direction, so that sources above
+    /// a tilted view have a position index as if they stood aside (DGP differs by up to 0.005).
+    #[default]
+    Evalglare,
+    /// A source stands at its centroid's direction; τ is measured around the view direction.
+    Exact,
+}
+
+impl Convention {
+    /// The axes that angles are measured from.
+    pub fn frame(self, geometry: &PixelGeometry) -> ViewFrame {
+        match self {
+            Self::Evalglare => geometry.frame,
+            Self::Exact => geometry.frame.squared(),
         }
     }
 }
@@ -115,8 +139,9 @@ impl Analyser {
     pub fn new(geometry: Arc<PixelGeometry>, settings: Settings) -> Result<Self> {
         check_settings(&settings)?;
         let neighbourhood = Neighbourhood::new(&geometry, settings.search_radius);
+        let frame = settings.convention.frame(&geometry);
         let searched = (0..geometry.pixel_count())
-            .map(|i| geometry.is_inside(i) && settings.field_of_view.contains(&geometry.frame, geometry.directions[i]))
+            .map(|i| geometry.is_inside(i) && settings.field_of_view.contains(&frame, geometry.directions[i]))
             .collect();
         let task_pixels = match &settings.task {
             Some(task) => task.pixels(&geometry)?,

@@ -21,14 +21,18 @@ pub enum PositionIndex {
 const GREATEST: f64 = 16.0;
 
 /// Angles of a direction in a view, degrees: `sigma` from the view direction, `tau` from upwards
-/// (0 above, 90 beside, 180 below).
+/// (0 above, 90 beside, 180 below), around the view direction. If the up vector is not across the
+/// view direction (see [`ViewFrame::squared`]), `tau` is the angle to that tilted vector.
 pub fn angles(frame: &ViewFrame, direction: [f64; 3]) -> (f64, f64) {
     let ahead = dot(direction, frame.forward);
     let (up, right) = (dot(direction, frame.up), dot(direction, frame.right));
     let across = up.hypot(right);
     let sigma = across.atan2(ahead).to_degrees();
-    let tau = if across > 1e-12 { right.abs().atan2(up).to_degrees() } else { 0.0 };
-    (sigma, tau)
+    if across < 1e-12 {
+        return (sigma, 0.0);
+    }
+    let tilt = ((1.0 - frame.up_length * frame.up_length).max(0.0) * up * up + right * right).sqrt();
+    (sigma, tilt.atan2(frame.up_length * up).to_degrees())
 }
 
 impl PositionIndex {

@@ -7,19 +7,7 @@
 
 use super::geometry::{PixelGeometry, cross, dot, normalise};
 use super::position::angles;
-use super::{Settings, ViewFrame};
-
-/// Where in the view a source stands; its position index and angles are those of this place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SourcePosition {
-    /// The pixel whose column and row (from the bottom) are the centroid's cut to integers, as in
-    /// evalglare. Half a pixel too far left and down on average, so that a mirrored picture gives
-    /// slightly different results.
-    #[default]
-    TruncatedPixel,
-    /// The mean direction weighted by luminance and solid angle.
-    Centroid,
-}
+use super::{Convention, Settings};
 
 /// A glare source.
 #[derive(Debug, Clone, PartialEq)]
@@ -335,9 +323,9 @@ fn describe(pixels: Vec<u32>, is_peak: bool, luminance: &[f32], geometry: &Pixel
         direction = [direction[0] + weight * d[0], direction[1] + weight * d[1], direction[2] + weight * d[2]];
     }
     (x, y) = (x / flux, y / flux);
-    let place = source_direction(x, y, direction, geometry, settings.source_position);
-    let frame: &ViewFrame = &geometry.frame;
-    let (sigma, tau) = angles(frame, place);
+    let place = source_direction(x, y, direction, geometry, settings.convention);
+    let frame = settings.convention.frame(geometry);
+    let (sigma, tau) = angles(&frame, place);
     Source {
         x,
         y,
@@ -346,7 +334,7 @@ fn describe(pixels: Vec<u32>, is_peak: bool, luminance: &[f32], geometry: &Pixel
         peak_luminance: peak,
         solid_angle,
         illuminance,
-        position_index: settings.position_index.of(frame, place),
+        position_index: settings.position_index.of(&frame, place),
         sigma,
         tau,
         is_peak,
@@ -354,10 +342,10 @@ fn describe(pixels: Vec<u32>, is_peak: bool, luminance: &[f32], geometry: &Pixel
     }
 }
 
-fn source_direction(x: f64, y: f64, mean: [f64; 3], geometry: &PixelGeometry, position: SourcePosition) -> [f64; 3] {
+fn source_direction(x: f64, y: f64, mean: [f64; 3], geometry: &PixelGeometry, convention: Convention) -> [f64; 3] {
     // A hair more than the centroid, so that rounding does not cut 12 - 1e-13 to 11.
     const HAIR: f64 = 1e-6;
-    if position == SourcePosition::TruncatedPixel {
+    if convention == Convention::Evalglare {
         let (column, row) = ((x + HAIR) as usize, (y + HAIR) as usize);
         let pixel = (geometry.height - 1 - row.min(geometry.height - 1)) * geometry.width + column.min(geometry.width - 1);
         if geometry.is_inside(pixel) {

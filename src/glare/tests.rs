@@ -239,11 +239,26 @@ fn mirrored_pictures_give_the_same_glare() {
             paint(&mut luminance, &g, direction, 1.0 + 5.0 * random.next(), random.magnitude(3e3, 1e6));
         }
         let mirrored: Vec<f32> = luminance.chunks(100).flat_map(|row| row.iter().rev().copied().collect::<Vec<_>>()).collect();
-        let settings = Settings { source_position: SourcePosition::Centroid, ..Settings::default() };
+        let settings = Settings { convention: Convention::Exact, ..Settings::default() };
         let (a, b) = (analyse(&g, &luminance, &settings), analyse(&g, &mirrored, &settings));
         assert_eq!(a.sources.len(), b.sources.len());
         assert!((a.indices.dgp - b.indices.dgp).abs() < 1e-9 && (a.indices.ugr - b.indices.ugr).abs() < 1e-9);
     }
+}
+
+/// What evalglare 3.06 says of a source of a tilted view (`-d`, `-vd 0 1 1.5`), and what is right.
+#[test]
+fn tilted_views_turn_tau() {
+    let level = ViewFrame::new([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]).unwrap();
+    let tilted = ViewFrame::new([0.0, 1.0, 1.5], [0.0, 0.0, 2.0]).unwrap();
+    assert!((tilted.up_length - 1.0 / 3.25f64.sqrt()).abs() < 1e-12);
+    // The same place in both pictures, 30° above the line of sight.
+    let at = |f: &ViewFrame| [0, 1, 2].map(|k| 0.75f64.sqrt() * f.forward[k] + 0.5 * f.up[k]);
+    let (sigma, tau) = position::angles(&tilted.squared(), at(&tilted));
+    assert!((sigma - 30.0).abs() < 1e-9 && tau.abs() < 1e-6);
+    assert_eq!(position::angles(&level, at(&level)).1, 0.0);
+    let tau = position::angles(&tilted, at(&tilted)).1;
+    assert!((tau - (1.0 / 3.25f64.sqrt()).acos().to_degrees()).abs() < 1e-9, "{tau}");
 }
 
 #[test]
@@ -265,10 +280,10 @@ fn no_picture_gives_an_undefined_number() {
         pictures.push((0..n).map(|i| if i % 3 == 0 { 1e5 } else { 0.0 }).collect());
         pictures.push((0..n).map(|i| if i == n / 2 { 1e9 } else { 0.0 }).collect());
         for picture in &pictures {
-            for source_position in [SourcePosition::TruncatedPixel, SourcePosition::Centroid] {
+            for convention in [Convention::Evalglare, Convention::Exact] {
                 for background in [Background::Illuminance, Background::MeanLuminance, Background::WholeIlluminance] {
                     for position_index in [PositionIndex::Guth, PositionIndex::GuthIwata, PositionIndex::Kim] {
-                        let settings = Settings { source_position, background, position_index, ..Settings::default() };
+                        let settings = Settings { convention, background, position_index, ..Settings::default() };
                         let analyser = Analyser::new(g.clone(), settings).unwrap();
                         for ev in [None, Some(0.0), Some(1e4)] {
                             let glare = analyser.analyse(picture, ev).unwrap();
