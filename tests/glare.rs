@@ -125,7 +125,10 @@ impl Worst {
         for (d, limit) in differences.iter().zip(limits) {
             assert!(*d <= limit, "{what}: {differences:?}\n{a:?}\n{b:?}");
         }
-        assert!(relative(a.average, b.average) < rim && (a.background - b.background).abs() < rim * b.average.max(1.0), "{what}\n{a:?}\n{b:?}");
+        assert!(
+            relative(a.average, b.average) < rim && (a.background - b.background).abs() < rim * b.average.max(1.0),
+            "{what}\n{a:?}\n{b:?}"
+        );
         assert!(!has_background || (a.ugp - b.ugp).abs() < 1e-3, "{what}\n{a:?}\n{b:?}");
         self.0 = std::array::from_fn(|i| self.0[i].max(differences[i]));
     }
@@ -285,10 +288,35 @@ fn options_mean_what_they_mean_in_evalglare() {
     let mut worst = Worst::default();
     let mut seen = Vec::new();
     for options in [
-        "", "-b 1500", "-b 5", "-b 3.5", "-t 87 60 0.3", "-T 87 60 0.3 -b 9", "-t 50 80 0.5 -b 1500", "-r 0.3", "-r 0.1", "-x", "-Y 400000", "-y",
-        "-Y 2500", "-G 1", "-G 2", "-P 1", "-q 1", "-q 2", "-i 800", "-i 200 -C l+", "-C l+", "-i 0", "-w 2 1 1.87 2 1 5.87e-5 .0918 .16",
-        "-w 2.1 0.9 1.8 1.9 1.01 5e-5 .08 .15", "-vth -vv 180 -vh 180", "-vta -vv 160 -vh 160 -vd 0 1 .3", "-vta -vv 180 -vh 180 -vd 0 1 -3",
-        "-vta -vv 180 -vh 180 -vd 0 1 1.5 -G 1", "-vta -vv 180 -vh 180 -vd 0 1 -.7 -G 2 -P 1",
+        "",
+        "-b 1500",
+        "-b 5",
+        "-b 3.5",
+        "-t 87 60 0.3",
+        "-T 87 60 0.3 -b 9",
+        "-t 50 80 0.5 -b 1500",
+        "-r 0.3",
+        "-r 0.1",
+        "-x",
+        "-Y 400000",
+        "-y",
+        "-Y 2500",
+        "-G 1",
+        "-G 2",
+        "-P 1",
+        "-q 1",
+        "-q 2",
+        "-i 800",
+        "-i 200 -C l+",
+        "-C l+",
+        "-i 0",
+        "-w 2 1 1.87 2 1 5.87e-5 .0918 .16",
+        "-w 2.1 0.9 1.8 1.9 1.01 5e-5 .08 .15",
+        "-vth -vv 180 -vh 180",
+        "-vta -vv 160 -vh 160 -vd 0 1 .3",
+        "-vta -vv 180 -vh 180 -vd 0 1 -3",
+        "-vta -vv 180 -vh 180 -vd 0 1 1.5 -G 1",
+        "-vta -vv 180 -vh 180 -vd 0 1 -.7 -G 2 -P 1",
     ] {
         let options: Vec<&str> = options.split_whitespace().collect();
         let (a, b) = (ours(&path, &options), theirs(&path, &options).unwrap());
@@ -357,7 +385,8 @@ fn reference_pictures_agree_with_evalglare() {
         let difference = |mine: &str, theirs: &str| result[mine].parse::<f64>().unwrap() - row[column(theirs)].parse::<f64>().unwrap();
         assert_eq!(result["sources"], row[column("nsrc")], "{}", row[0]);
         let ev = row[column("Ev_lux")].parse::<f64>().unwrap();
-        let differences = [difference("dgp", "dgp"), difference("ev_lux", "Ev_lux") / ev, difference("ugr", "ugr"), difference("dgi", "dgi")];
+        let differences =
+            [difference("dgp", "dgp"), difference("ev_lux", "Ev_lux") / ev, difference("ugr", "ugr"), difference("dgi", "dgi")];
         for ((d, limit), worst) in differences.iter().zip([1e-4, 1e-4, 1e-3, 1e-3]).zip(&mut worst) {
             assert!(d.abs() < limit, "{}: {differences:?}", row[0]);
             *worst = worst.max(d.abs());
@@ -378,7 +407,8 @@ fn detail_lists_the_sources_and_the_check_picture_shows_them() {
     scene.disc(0.0, -50.0, 2.0, 60_000.0);
     scene.write(&path);
     let name = path.to_str().unwrap();
-    let output = lucarne(&["-d", "-vta", "-vv", "180", "-vh", "180", "-T", "100", "60", "0.3", "-b", "2000", "-c", check.to_str().unwrap(), name]);
+    let output =
+        lucarne(&["-d", "-vta", "-vv", "180", "-vh", "180", "-T", "100", "60", "0.3", "-b", "2000", "-c", check.to_str().unwrap(), name]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     let (pictures, sources) = text.split_once("\n\n").unwrap();

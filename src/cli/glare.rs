@@ -3,7 +3,9 @@
 use super::view::ViewOptions;
 use clap::ValueEnum;
 use lucarne::camera::{Raster, View};
-use lucarne::glare::{self, Analyser, Background, Convention, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, TaskArea, Threshold};
+use lucarne::glare::{
+    self, Analyser, Background, Convention, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, TaskArea, Threshold,
+};
 use lucarne::image::{self, Picture};
 use lucarne::{Error, Result, Warnings};
 use rayon::prelude::*;
@@ -122,6 +124,12 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
             noted.iter().for_each(|w| warnings.push(w.clone()));
             match result {
                 Ok(glare) => {
+                    if glare.vertical_illuminance < 380.0 || glare.indices.dgp < 0.2 {
+                        warnings.push(
+                            Error::new("some pictures have less than 380 lx at the eye or a DGP below 0.2, for which DGP was not made")
+                                .help("judge such scenes by contrast measures, or add -C l+"),
+                        );
+                    }
                     println!("{}", picture_line(path, &glare));
                     source_lines(path, &glare, &settings, &mut sources);
                 }
@@ -147,7 +155,9 @@ fn settings(args: &Args) -> Result<Settings> {
     let low_light_correction = match args.low_light.as_str() {
         "l+" => true,
         "l-" | "0" => false,
-        other => return Err(Error::new(format!("'{other}' is no correction")).field("-C").help("l+ for the low-light correction, l- for none")),
+        other => {
+            return Err(Error::new(format!("'{other}' is no correction")).field("-C").help("l+ for the low-light correction, l- for none"));
+        }
     };
     let dgp = match (&args.weights, args.constants) {
         (Some(w), _) => DgpModel { exponents: [w[0], w[1], w[2], w[3], w[4]], constants: [w[5], w[6], w[7]], low_light_correction },
@@ -213,24 +223,34 @@ fn analyser(view: &View, picture: &Picture, settings: &Settings, path: &Path, wa
     let squareness = picture.height as f64 / picture.width as f64 / camera.aspect();
     if (squareness - 1.0).abs() > 0.02 {
         warnings.push(
-            Error::new(format!("pixels are not square: {} × {} pixels for a view of {} by {} degrees", picture.width, picture.height, view.horizontal, view.vertical))
-                .file(path)
-                .help("if the picture was cropped, say the angles that are left with -vh and -vv"),
+            Error::new(format!(
+                "pixels are not square: {} × {} pixels for a view of {} by {} degrees",
+                picture.width, picture.height, view.horizontal, view.vertical
+            ))
+            .file(path)
+            .help("if the picture was cropped, say the angles that are left with -vh and -vv"),
         );
     }
     let coverage = geometry.hemisphere_coverage();
     if coverage < 0.98 {
         warnings.push(
-            Error::new(format!("the view covers {:.1} % of the hemisphere (weighted by the cosine): vertical illuminance and DGP lack the rest", 100.0 * coverage))
-                .file(path)
-                .help("use a fisheye of 180°; if the picture is one, say so: `-vta -vh 180 -vv 180`; or give the illuminance with -i"),
+            Error::new(format!(
+                "the view covers {:.1} % of the hemisphere (weighted by the cosine): vertical illuminance and DGP lack the rest",
+                100.0 * coverage
+            ))
+            .file(path)
+            .help("use a fisheye of 180°; if the picture is one, say so: `-vta -vh 180 -vv 180`; or give the illuminance with -i"),
         );
     }
     if settings.search_radius / 2.0 < geometry.pixel_pitch() {
         warnings.push(
-            Error::new(format!("the search radius of {} rad joins no pixels: they are {:.4} rad apart", settings.search_radius, geometry.pixel_pitch()))
-                .file(path)
-                .help("use larger pictures or a larger -r; the radius is a full angle, pixels up to half of it apart are joined"),
+            Error::new(format!(
+                "the search radius of {} rad joins no pixels: they are {:.4} rad apart",
+                settings.search_radius,
+                geometry.pixel_pitch()
+            ))
+            .file(path)
+            .help("use larger pictures or a larger -r; the radius is a full angle, pixels up to half of it apart are joined"),
         );
     }
     Analyser::new(Arc::new(geometry), settings.clone())
@@ -238,7 +258,8 @@ fn analyser(view: &View, picture: &Picture, settings: &Settings, path: &Path, wa
 
 fn picture_line(path: &Path, glare: &Glare) -> String {
     let i = &glare.indices;
-    let numbers = [i.dgp, i.dgi, i.ugr, i.vcp, i.cgi, i.ugp, glare.vertical_illuminance, glare.average_luminance, glare.background_luminance];
+    let numbers =
+        [i.dgp, i.dgi, i.ugr, i.vcp, i.cgi, i.ugp, glare.vertical_illuminance, glare.average_luminance, glare.background_luminance];
     let mut line = quoted(path);
     for n in numbers {
         let _ = write!(line, ",{n:.6}");

@@ -86,14 +86,16 @@ impl ViewOptions {
     /// If it is not, or as [`Self::view`].
     pub fn view_of_picture(&self, picture: Option<&str>) -> Result<View> {
         if picture.is_none() && !self.is_complete() {
-            return Err(Error::new("the picture does not tell its view (it has no VIEW line)")
-                .help("say it with options, for a fisheye `-vta -vh 180 -vv 180` (and -vd, -vu if up is not +Z), or with a view file: `-vf FILE`"));
+            return Err(Error::new("the picture does not tell its view (it has no VIEW line)").help(
+                "say it with options, for a fisheye `-vta -vh 180 -vv 180` (and -vd, -vu if up is not +Z), or with a view file: `-vf FILE`",
+            ));
         }
         self.view(picture)
     }
 
     fn projection(&self) -> Option<&'static str> {
-        let kinds = [(self.vtv, "-vtv"), (self.vtl, "-vtl"), (self.vth, "-vth"), (self.vta, "-vta"), (self.vts, "-vts"), (self.vtc, "-vtc")];
+        let kinds =
+            [(self.vtv, "-vtv"), (self.vtl, "-vtl"), (self.vth, "-vth"), (self.vta, "-vta"), (self.vts, "-vts"), (self.vtc, "-vtc")];
         kinds.into_iter().find(|(given, _)| *given).map(|(_, word)| word)
     }
 

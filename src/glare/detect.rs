@@ -2,7 +2,7 @@
 
 use super::geometry::{PixelGeometry, dot};
 use crate::error::{Error, Result, Warnings};
-use crate::units::ILLUMINANCE_WEIGHTS;
+use crate::image;
 
 /// Luminance above which a pixel belongs to a glare source.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,14 +93,13 @@ impl TaskArea {
 /// Luminance of RGB radiance (W/m²sr), cd/m². Pixels that are negative or not finite become 0 and
 /// are reported.
 pub fn luminance(pixels: &[[f32; 3]], width: usize, warnings: &mut Warnings) -> Vec<f32> {
-    let [r, g, b] = ILLUMINANCE_WEIGHTS.map(|w| w as f32);
     let mut faulty = 0;
     let mut first = 0;
     let luminance = pixels
         .iter()
         .enumerate()
-        .map(|(i, p)| {
-            let l = p[0] * r + p[1] * g + p[2] * b;
+        .map(|(i, &color)| {
+            let l = image::luminance(color);
             if l.is_finite() && l >= 0.0 {
                 return l;
             }

@@ -29,7 +29,7 @@ use crate::error::{Error, Result};
 use std::sync::Arc;
 
 pub use detect::{TaskArea, Threshold};
-pub use geometry::{PixelGeometry, ViewFrame};
+pub use geometry::{PixelGeometry, Totals, ViewFrame};
 pub use index::{Background, DgpModel, Indices, UNDEFINED};
 pub use position::{FieldOfView, PositionIndex};
 pub use sources::{Neighbourhood, Source};
@@ -191,8 +191,40 @@ impl Analyser {
         let task_luminance = self.settings.task.is_some().then(|| geometry.mean_luminance(luminance, &self.task_pixels));
         let threshold = self.settings.threshold.luminance(totals.average_luminance, task_luminance);
         let pixels = detect::glare_pixels(luminance, &self.searched, threshold);
-        let sources = sources::find(luminance, &pixels, geometry, &self.neighbourhood, &self.settings);
-        Ok(index::judge(&totals, task_luminance, threshold, sources, vertical_illuminance, &self.settings))
+        let values: Vec<f32> = pixels.iter().map(|&p| luminance[p as usize]).collect();
+        Ok(self.judge(&totals, task_luminance, &pixels, &values, vertical_illuminance))
+    }
+
+    /// Glare from what a picture was reduced to elsewhere (on the device): its sums and its glare
+    /// pixels, those of [`Self::searched`] brighter than the threshold, ascending, with their
+    /// luminances. The same numbers give the same result as [`Self::analyse`], bit for bit.
+    ///
+    /// # Panics
+    /// If there is not one luminance per pixel, or a pixel is none of the view.
+    pub fn judge(
+        &self,
+        totals: &Totals,
+        task_luminance: Option<f64>,
+        pixels: &[u32],
+        luminance: &[f32],
+        vertical_illuminance: Option<f64>,
+    ) -> Glare {
+        assert_eq!(pixels.len(), luminance.len(), "one luminance per pixel");
+        let threshold = self.settings.threshold.luminance(totals.average_luminance, task_luminance);
+        let sources = sources::find(pixels, luminance, &self.geometry, &self.neighbourhood, &self.settings);
+        index::judge(totals, task_luminance, threshold, sources, vertical_illuminance, &self.settings)
+    }
+
+    /// Whether sources are looked for in each pixel: inside the view and the field of view.
+    pub fn searched(&self) -> &[bool] {
+        &self.searched
+    }
+
+    /// Position index of each pixel; 0 outside the view.
+    pub fn position_indices(&self) -> Vec<f64> {
+        let frame = self.settings.convention.frame(&self.geometry);
+        let of = |i: usize| self.settings.position_index.of(&frame, self.geometry.directions[i]);
+        (0..self.geometry.pixel_count()).map(|i| if self.geometry.is_inside(i) { of(i) } else { 0.0 }).collect()
     }
 }
 

@@ -120,9 +120,12 @@ impl Neighbourhood {
                 }
                 let other = &self.blocks[pair.other as usize];
                 let joined = pair.surely
-                    || members.of(block).iter().map(|&a| direction(a)).filter(|&a| dot(a, other.centre) >= other.cos_beyond).any(|a| {
-                        there.iter().any(|&b| dot(a, direction(b)) >= self.cos_reach)
-                    });
+                    || members
+                        .of(block)
+                        .iter()
+                        .map(|&a| direction(a))
+                        .filter(|&a| dot(a, other.centre) >= other.cos_beyond)
+                        .any(|a| there.iter().any(|&b| dot(a, direction(b)) >= self.cos_reach));
                 if joined {
                     groups.join(block, pair.other);
                 }
@@ -266,52 +269,55 @@ impl Groups {
     }
 }
 
-/// Sources of a luminance image from its glare pixels (ascending), peaks taken out as the settings say.
+/// Sources from the glare pixels (ascending) of a luminance image and their luminances, cd/m²;
+/// peaks taken out as the settings say.
 pub fn find(
-    luminance: &[f32],
     pixels: &[u32],
+    luminance: &[f32],
     geometry: &PixelGeometry,
     neighbourhood: &Neighbourhood,
     settings: &Settings,
 ) -> Vec<Source> {
-    let mut groups = collect(pixels, &neighbourhood.group(pixels, geometry));
+    let mut groups = collect(&neighbourhood.group(pixels, geometry));
     let mut peaks = Vec::new();
     if let Some(limit) = settings.peak_limit {
-        let bright = |&p: &u32| f64::from(luminance[p as usize]) >= limit;
-        let peak_pixels: Vec<u32> = pixels.iter().copied().filter(bright).collect();
+        let bright = |&place: &u32| f64::from(luminance[place as usize]) >= limit;
         // evalglare looks for peaks only if something exceeds the limit, then takes all that reach it.
-        if peak_pixels.iter().any(|&p| f64::from(luminance[p as usize]) > limit) {
-            groups.iter_mut().for_each(|g| g.retain(|p| !bright(p)));
+        if luminance.iter().any(|&l| f64::from(l) > limit) {
+            let places: Vec<u32> = (0..pixels.len() as u32).filter(bright).collect();
+            groups.iter_mut().for_each(|g| g.retain(|place| !bright(place)));
             groups.retain(|g| !g.is_empty());
-            peaks = collect(&peak_pixels, &neighbourhood.group(&peak_pixels, geometry));
+            let peak_pixels: Vec<u32> = places.iter().map(|&place| pixels[place as usize]).collect();
+            peaks = collect(&neighbourhood.group(&peak_pixels, geometry));
+            peaks.iter_mut().flatten().for_each(|place| *place = places[*place as usize]);
         }
     }
     let sources = groups.into_iter().map(|g| (g, false)).chain(peaks.into_iter().map(|g| (g, true)));
-    sources.map(|(g, is_peak)| describe(g, is_peak, luminance, geometry, settings)).collect()
+    sources.map(|(g, is_peak)| describe(g, is_peak, pixels, luminance, geometry, settings)).collect()
 }
 
-/// Pixels by label, groups in the order of their first pixel.
-fn collect(pixels: &[u32], labels: &[u32]) -> Vec<Vec<u32>> {
+/// Places by label, groups in the order of their first place.
+fn collect(labels: &[u32]) -> Vec<Vec<u32>> {
     let mut groups: Vec<Vec<u32>> = Vec::new();
-    let mut group_of = vec![0usize; pixels.len()];
-    for (place, (&pixel, &label)) in pixels.iter().zip(labels).enumerate() {
-        if label as usize == place {
-            group_of[place] = groups.len();
+    let mut group_of = vec![0usize; labels.len()];
+    for (place, &label) in (0..).zip(labels) {
+        if label == place {
+            group_of[place as usize] = groups.len();
             groups.push(Vec::new());
         }
-        groups[group_of[label as usize]].push(pixel);
+        groups[group_of[label as usize]].push(place);
     }
     groups
 }
 
-fn describe(pixels: Vec<u32>, is_peak: bool, luminance: &[f32], geometry: &PixelGeometry, settings: &Settings) -> Source {
+fn describe(places: Vec<u32>, is_peak: bool, pixels: &[u32], luminance: &[f32], geometry: &PixelGeometry, settings: &Settings) -> Source {
     let (mut solid_angle, mut flux, mut illuminance, mut peak) = (0.0, 0.0, 0.0, 0.0f64);
     let (mut x, mut y, mut direction) = (0.0, 0.0, [0.0; 3]);
     let (width, last_row) = (geometry.width as u32, geometry.height as u32 - 1);
-    for &p in &pixels {
+    for &place in &places {
+        let (p, l) = (pixels[place as usize], f64::from(luminance[place as usize]));
         let (column, row) = (p % width, last_row - p / width);
         let p = p as usize;
-        let l = f64::from(luminance[p]);
         let weight = l * geometry.solid_angles[p];
         solid_angle += geometry.solid_angles[p];
         flux += weight;
@@ -326,7 +332,10 @@ fn describe(pixels: Vec<u32>, is_peak: bool, luminance: &[f32], geometry: &Pixel
     let place = source_direction(x, y, direction, geometry, settings.convention);
     let frame = settings.convention.frame(geometry);
     let (sigma, tau) = angles(&frame, place);
+    let mut pixels_of_source = places;
+    pixels_of_source.iter_mut().for_each(|place| *place = pixels[*place as usize]);
     Source {
+        pixels: pixels_of_source,
         x,
         y,
         direction: place,
@@ -338,7 +347,6 @@ fn describe(pixels: Vec<u32>, is_peak: bool, luminance: &[f32], geometry: &Pixel
         sigma,
         tau,
         is_peak,
-        pixels,
     }
 }
 

@@ -155,6 +155,30 @@ fn grouping_in_blocks_is_grouping_by_pairs() {
     }
 }
 
+/// The result depends on the pixels alone: reduced elsewhere, or found among others in any way.
+#[test]
+fn judging_the_glare_pixels_is_analysing_the_picture() {
+    let g = fisheye(120);
+    let mut random = Random(9);
+    let analyser = Analyser::new(g.clone(), Settings { field_of_view: FieldOfView::Total, ..Settings::default() }).unwrap();
+    for density in [0.0, 0.01, 0.2, 0.9] {
+        let luminance: Vec<f32> =
+            (0..g.pixel_count()).map(|_| if random.next() < density { random.magnitude(2e3, 2e5) as f32 } else { 300.0 }).collect();
+        let whole = analyser.analyse(&luminance, None).unwrap();
+        let pixels: Vec<u32> =
+            (0..g.pixel_count() as u32).filter(|&i| analyser.searched()[i as usize] && luminance[i as usize] > 2000.0).collect();
+        let values: Vec<f32> = pixels.iter().map(|&p| luminance[p as usize]).collect();
+        let totals = g.totals(&luminance).unwrap();
+        assert_eq!(analyser.judge(&totals, None, &pixels, &values, None), whole);
+        // Every glare pixel is in exactly one source.
+        let mut found: Vec<u32> = whole.sources.iter().flat_map(|s| s.pixels.clone()).collect();
+        found.sort_unstable();
+        assert_eq!(found, pixels);
+    }
+    let table = analyser.position_indices();
+    assert!(table.iter().enumerate().all(|(i, &p)| if g.is_inside(i) { p >= 1.0 } else { p == 0.0 }));
+}
+
 #[test]
 fn pixels_apart_by_less_than_half_the_radius_are_one_source() {
     let g = fisheye(400);
@@ -385,7 +409,8 @@ fn timing() {
         for _ in 0..30 {
             paint(&mut discs, &g, towards(random.next() * 170.0 - 85.0, random.next() * 160.0 - 80.0), 4.0, 1e4);
         }
-        let speckled = |density: f64, random: &mut Random| plain.iter().map(|&l| if random.next() < density { 1e4 } else { l }).collect::<Vec<f32>>();
+        let speckled =
+            |density: f64, random: &mut Random| plain.iter().map(|&l| if random.next() < density { 1e4 } else { l }).collect::<Vec<f32>>();
         let cases = [
             ("no source", plain.clone()),
             ("window, patch and sun", room),
