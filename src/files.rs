@@ -11,6 +11,14 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Anything `write` returns, and failures of the file system with the path named.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+    write_seekable_atomically(path, |out| write(out))
+}
+
+/// As [`write_atomically`], for formats whose writer goes back in the file.
+///
+/// # Errors
+/// As [`write_atomically`].
+pub fn write_seekable_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
     let partial = partial_path(path);
     let result = (|| {
         let file = File::create(&partial).map_err(|e| Error::io(path, &e))?;

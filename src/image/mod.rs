@@ -2,6 +2,7 @@
 
 pub mod canvas;
 pub mod drawing;
+pub mod exr;
 pub mod font;
 pub mod hdr;
 pub mod palette;
@@ -40,6 +41,19 @@ impl Picture {
     pub fn luminance(&self) -> Vec<f32> {
         self.pixels.iter().map(|&p| luminance(p)).collect()
     }
+}
+
+/// Reads a picture in any format known here: EXR if the name ends in `.exr`, else Radiance's.
+///
+/// # Errors
+/// As [`exr::read`] and [`hdr::read`].
+pub fn read(path: &std::path::Path) -> Result<Picture> {
+    if is_exr(path) { exr::read(path) } else { hdr::read(path) }
+}
+
+/// Whether a name ends in `.exr`.
+pub fn is_exr(path: &std::path::Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
 /// Luminance of a colour, cd/m² ([`ILLUMINANCE_WEIGHTS`]).

@@ -120,10 +120,10 @@ fn write_to(out: impl std::io::Write, path: &Path, picture: &Picture) -> Result<
 }
 
 /// Chromaticities of Radiance's red, green, blue primaries (`STDPRIMS` in `color.h`).
-const PRIMARIES: [[f64; 2]; 3] = [[0.640, 0.330], [0.290, 0.600], [0.150, 0.060]];
+pub(super) const PRIMARIES: [[f64; 2]; 3] = [[0.640, 0.330], [0.290, 0.600], [0.150, 0.060]];
 
 /// Chromaticity of its white, the equal-energy point to four digits.
-const WHITE: [f64; 2] = [0.3333, 0.3333];
+pub(super) const WHITE: [f64; 2] = [0.3333, 0.3333];
 
 /// Radiance's RGB to XYZ with Y(1, 1, 1) = 1; its second row is
 /// [`crate::units::BRIGHTNESS_WEIGHTS`].
