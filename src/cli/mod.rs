@@ -3,6 +3,7 @@
 
 mod bsdf;
 mod devices;
+mod falsecolor;
 mod glare;
 mod matrix;
 mod matrix_picture;
@@ -34,6 +35,8 @@ enum Verb {
     Sky(sky::Args),
     /// Product of matrices V·T·D·S (as dctimestep).
     Multiply(multiply::Args),
+    /// Luminance as colours with a legend, from a picture (as falsecolor).
+    Falsecolor(falsecolor::Args),
     /// Discomfort glare of pictures: DGP, UGR and others (as evalglare).
     Glare(glare::Args),
     /// GPU devices of this machine, the preferred one first.
@@ -51,6 +54,7 @@ pub fn main() -> ExitCode {
         Verb::Matrix(args) => matrix::run(args, &mut warnings),
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
+        Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),

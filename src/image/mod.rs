@@ -3,8 +3,10 @@
 pub mod canvas;
 pub mod drawing;
 pub mod exr;
+pub mod falsecolor;
 pub mod font;
 pub mod hdr;
+pub mod legend;
 pub mod palette;
 
 use crate::error::{Error, Result};

@@ -241,14 +241,15 @@ pub fn round_steps(minimum: f64, maximum: f64, count: usize) -> Vec<f64> {
     (first..=last).map(|i| i as f64 * step).collect()
 }
 
-/// The next larger 1, 1.5, 2, 3, 5 or 7 · 10ⁿ, for the end of an automatic scale.
+/// The next larger 1, 1.5, 2, 3, 5 or 7 · 10ⁿ, for the end of an automatic scale; a millionth above
+/// one of them is still that one.
 pub fn round_up(value: f64) -> f64 {
     if !(value.is_finite() && value > 0.0) {
         return 1.0;
     }
     let exponent = value.log10().floor() as i32;
     let round = |m: f64, e: i32| format!("{m}e{e}").parse::<f64>().unwrap_or(value);
-    [1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0].into_iter().map(|m| round(m, exponent)).find(|v| *v >= value * (1.0 - 1e-9)).unwrap_or(value)
+    [1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0].into_iter().map(|m| round(m, exponent)).find(|v| *v >= value * (1.0 - 1e-6)).unwrap_or(value)
 }
 
 /// A number as short as three to four digits allow: `0`, `0.025`, `62.5`, `2000`, `1.6e9`.
