@@ -19,20 +19,77 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> Resul
 /// # Errors
 /// As [`write_atomically`].
 pub fn write_seekable_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
-    let partial = partial_path(path);
-    let result = (|| {
+    let mut file = AtomicFile::create(path, 1 << 20)?;
+    write(file.writer())?;
+    file.commit()
+}
+
+/// A file that appears under its name only when it is complete ([`Self::commit`]); dropped before,
+/// it leaves nothing behind. For several files written in turns; otherwise [`write_atomically`].
+#[derive(Debug)]
+pub struct AtomicFile {
+    path: PathBuf,
+    partial: PathBuf,
+    /// `None` after a commit.
+    out: Option<BufWriter<File>>,
+}
+
+impl AtomicFile {
+    /// Starts a file, with a buffer of so many bytes.
+    ///
+    /// # Errors
+    /// Failures of the file system with the path named.
+    pub fn create(path: &Path, buffer: usize) -> Result<Self> {
+        let partial = partial_path(path);
         let file = File::create(&partial).map_err(|e| Error::io(path, &e))?;
-        let mut out = BufWriter::with_capacity(1 << 20, file);
-        write(&mut out)?;
-        out.flush().map_err(|e| Error::io(path, &e))?;
-        drop(out);
-        std::fs::rename(&partial, path).map_err(|e| Error::io(path, &e))
-    })();
-    if result.is_err() {
-        // The first error is the one worth reporting; the partial file may not even exist.
-        let _ = std::fs::remove_file(&partial);
+        Ok(Self { path: path.to_path_buf(), partial, out: Some(BufWriter::with_capacity(buffer, file)) })
     }
-    result
+
+    /// Where it will appear.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where its bytes go.
+    pub fn writer(&mut self) -> &mut BufWriter<File> {
+        self.out.as_mut().expect("committed files are gone")
+    }
+
+    /// Completes the file and gives it its name.
+    ///
+    /// # Errors
+    /// Failures of the file system with the path named; nothing is left behind then.
+    pub fn commit(mut self) -> Result<()> {
+        let path = self.path.clone();
+        let failed = |e: std::io::Error| Error::io(&path, &e);
+        self.writer().flush().map_err(failed)?;
+        // Windows renames only closed files; dropping the buffer has nothing more to write.
+        self.out = None;
+        std::fs::rename(&self.partial, &self.path).map_err(|e| {
+            let _ = std::fs::remove_file(&self.partial);
+            failed(e)
+        })
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.writer().write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.writer().flush()
+    }
+}
+
+impl Drop for AtomicFile {
+    fn drop(&mut self) {
+        if let Some(out) = self.out.take() {
+            // What is in the buffer need not reach the disk.
+            drop(out.into_parts().0);
+            let _ = std::fs::remove_file(&self.partial);
+        }
+    }
 }
 
 fn partial_path(path: &Path) -> PathBuf {

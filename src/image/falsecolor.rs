@@ -4,7 +4,7 @@ use super::Picture;
 use super::drawing::{Anchor, Drawing, Text};
 use super::font;
 use super::legend::ColorBar;
-use super::palette::{Color, INK, Palette, Scale, WHITE, round_up, short_number};
+use super::palette::{Color, INK, Palette, Scale, WHITE, round_up, rounded_number};
 use crate::error::{Error, Result};
 use crate::units::BRIGHTNESS_WEIGHTS;
 use std::borrow::Cow;
@@ -216,9 +216,9 @@ impl FalseColor {
             let center = [left + ((i % columns) as f64 + 0.5) * zoom, top + ((i / columns) as f64 + 0.5) * zoom];
             drawing.circle(center, size * 0.35, size / 4.0, WHITE);
             drawing.circle(center, size * 0.35, size / 10.0, INK);
-            let text = short_number(value);
+            let text = rounded_number(value);
             let space = font::width(&text, size) + size;
-            let (anchor, offset) = if center[0] + space < right { (Anchor::Start, size * 0.6) } else { (Anchor::End, -size * 0.6) };
+            let (anchor, offset) = if center[0] + space < right { (Anchor::Start, size * 0.75) } else { (Anchor::End, -size * 0.75) };
             drawing.text(Text {
                 text,
                 place: [center[0] + offset, center[1]],

@@ -1,6 +1,7 @@
 //! Pictures: RGBE, EXR, PNG and falsecolour.
 
 pub mod canvas;
+pub mod carpet;
 pub mod drawing;
 pub mod exr;
 pub mod falsecolor;
@@ -8,6 +9,7 @@ pub mod font;
 pub mod hdr;
 pub mod legend;
 pub mod palette;
+pub mod series;
 
 use crate::error::{Error, Result};
 use crate::units::ILLUMINANCE_WEIGHTS;

@@ -252,7 +252,8 @@ pub fn round_up(value: f64) -> f64 {
     [1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0].into_iter().map(|m| round(m, exponent)).find(|v| *v >= value * (1.0 - 1e-6)).unwrap_or(value)
 }
 
-/// A number as short as three to four digits allow: `0`, `0.025`, `62.5`, `2000`, `1.6e9`.
+/// A number with at most four significant digits: `0`, `0.025`, `62.5`, `2000`, `1.6e9`. Whole
+/// numbers below a million keep all their digits.
 pub fn short_number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {
@@ -268,6 +269,11 @@ pub fn short_number(value: f64) -> String {
         text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
     }
     text
+}
+
+/// A measured number, rounded to three significant digits.
+pub fn rounded_number(value: f64) -> String {
+    short_number(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 #[cfg(test)]
@@ -343,5 +349,7 @@ mod tests {
         ] {
             assert_eq!(short_number(value), text);
         }
+        assert_eq!(rounded_number(379_666.0), "380000");
+        assert_eq!(rounded_number(28.5555), "28.6");
     }
 }

@@ -19,6 +19,11 @@ impl<R: Read> Input<R> {
         Self { source, path: path.to_path_buf(), buffer: vec![0; 1 << 16].into_boxed_slice(), at: 0, end: 0, before: 0 }
     }
 
+    /// As [`Self::new`], for a source that has already given `offset` bytes.
+    pub fn resume(source: R, path: &Path, offset: u64) -> Self {
+        Self { before: offset, ..Self::new(source, path) }
+    }
+
     /// Number of bytes taken so far.
     pub fn offset(&self) -> u64 {
         self.before + self.at as u64

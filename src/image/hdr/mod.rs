@@ -13,7 +13,7 @@ mod stream;
 
 pub use header::{Header, MAX_PIXELS, Orientation, PixelFormat};
 pub use scanline::{from_rgbe, to_rgbe};
-pub use stream::{ScanlineReader, ScanlineWriter};
+pub use stream::{Pause, ScanlineReader, ScanlineWriter};
 
 use super::Picture;
 use crate::error::Result;
@@ -98,6 +98,15 @@ impl<R: Read> ScanlineReader<R> {
 /// If writing fails or a pixel is not finite.
 pub fn write(path: &Path, picture: &Picture) -> Result<()> {
     files::write_atomically(path, |out| write_to(out, path, picture))
+}
+
+/// A picture file that is written row by row, and that appears under its name only when complete:
+/// call [`ScanlineWriter::finish`], then [`files::AtomicFile::commit`] on what it gives back.
+///
+/// # Errors
+/// As [`ScanlineWriter::new`], and failures of the file system.
+pub fn create(path: &Path, width: usize, height: usize, view: Option<&str>, lines: &[String]) -> Result<ScanlineWriter<files::AtomicFile>> {
+    ScanlineWriter::new(files::AtomicFile::create(path, 1 << 16)?, path, width, height, view, lines)
 }
 
 /// Encodes a picture in memory.

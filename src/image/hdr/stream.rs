@@ -5,7 +5,7 @@ use super::input::Input;
 use super::{Exposure, scanline, xyz_to_rgb};
 use crate::error::{Error, Result};
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Reads a picture scanline by scanline, in the file's own order (see [`Header::orientation`]).
@@ -28,7 +28,40 @@ impl ScanlineReader<File> {
     }
 }
 
+/// Where a reader stopped; see [`ScanlineReader::pause`].
+#[derive(Debug, Clone)]
+pub struct Pause {
+    header: Header,
+    exposure: Exposure,
+    offset: u64,
+    next: usize,
+}
+
+impl Pause {
+    /// What the header says.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Opens the file again and goes on where it was left.
+    ///
+    /// # Errors
+    /// If the file cannot be opened.
+    pub fn resume(&self, path: &Path) -> Result<ScanlineReader<File>> {
+        let mut file = File::open(path).map_err(|e| Error::io(path, &e))?;
+        file.seek(SeekFrom::Start(self.offset)).map_err(|e| Error::io(path, &e))?;
+        let input = Input::resume(file, path, self.offset);
+        Ok(ScanlineReader { input, header: self.header.clone(), exposure: self.exposure, encoded: Vec::new(), next: self.next })
+    }
+}
+
 impl<R: Read> ScanlineReader<R> {
+    /// Remembers the place and closes the file, so that many pictures can be read in turns without
+    /// keeping all of them open.
+    pub fn pause(self) -> Pause {
+        Pause { offset: self.input.offset(), header: self.header, exposure: self.exposure, next: self.next }
+    }
+
     /// Reads the header from `source`; `path` is for messages only (empty for bytes in memory).
     ///
     /// # Errors
