@@ -434,6 +434,34 @@ mod tests {
         assert!(warnings.is_empty());
     }
 
+    /// The crate's own reader, which goes by names, sees the same colours, and the metadata say what
+    /// the numbers are.
+    #[test]
+    fn other_readers_see_the_same() {
+        use ::exr::prelude::{AttributeValue, Text};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let original = picture(7, 5, 1.0);
+        write(&path, &original, FLOAT_RGB, &mut Warnings::new()).unwrap();
+        let read = ::exr::prelude::read_first_rgba_layer_from_file(
+            &path,
+            |size, _| vec![[0f32; 3]; size.area()],
+            |pixels: &mut Vec<[f32; 3]>, at, (r, g, b, _): (f32, f32, f32, f32)| pixels[at.y() * 7 + at.x()] = [r, g, b],
+        )
+        .unwrap();
+        assert_eq!(read.layer_data.channel_data.pixels, original.pixels);
+        assert_eq!(read.layer_data.attributes.white_luminance, Some(179.0));
+        assert_eq!(read.layer_data.attributes.other[&b"VIEW"[..]], AttributeValue::Text(Text::from(original.view.as_deref().unwrap())));
+        assert_eq!(read.attributes.chromaticities.unwrap().green.x(), 0.29);
+
+        write(&path, &original, Options { samples: Samples::Float, channels: Channels::Luminance }, &mut Warnings::new()).unwrap();
+        let read = ::exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+        let channel = &read.layer_data.channel_data.list[0];
+        assert!(channel.name.eq("Y"));
+        let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+        assert_eq!(values, original.luminance(), "cd/m²");
+    }
+
     #[test]
     fn too_large_for_half_is_said_and_nan_refused() {
         let folder = tempfile::tempdir().unwrap();

@@ -81,36 +81,30 @@ const HALF_STEP: [f32; 256] = {
     table
 };
 
-/// Appends a scanline to `out`, byte for byte as Radiance writes it.
-pub(super) fn encode(pixels: &[[u8; 4]], plane: &mut Vec<u8>, out: &mut Vec<u8>) {
-    if !(MIN_ENCODED..=MAX_ENCODED).contains(&pixels.len()) {
+/// Appends a scanline to `out`, byte for byte as Radiance writes it. `planes` is a buffer to reuse.
+pub(super) fn encode(pixels: &[[u8; 4]], planes: &mut Vec<u8>, out: &mut Vec<u8>) {
+    let width = pixels.len();
+    if !(MIN_ENCODED..=MAX_ENCODED).contains(&width) {
         out.extend_from_slice(pixels.as_flattened());
         return;
     }
-    out.extend_from_slice(&[2, 2, (pixels.len() >> 8) as u8, pixels.len() as u8]);
-    for component in 0..4 {
-        plane.clear();
-        plane.extend(pixels.iter().map(|p| p[component]));
+    out.extend_from_slice(&[2, 2, (width >> 8) as u8, width as u8]);
+    planes.resize(4 * width, 0);
+    let (red, rest) = planes.split_at_mut(width);
+    let (green, rest) = rest.split_at_mut(width);
+    let (blue, exponent) = rest.split_at_mut(width);
+    for ((((pixel, r), g), b), e) in pixels.iter().zip(red).zip(green).zip(blue).zip(exponent) {
+        [*r, *g, *b, *e] = *pixel;
+    }
+    for plane in planes.chunks_exact(width) {
         encode_plane(plane, out);
     }
 }
 
 fn encode_plane(plane: &[u8], out: &mut Vec<u8>) {
-    let run_at = |start: usize| {
-        let limit = (start + 127).min(plane.len());
-        plane[start..limit].iter().take_while(|&&b| b == plane[start]).count()
-    };
     let mut at = 0;
     while at < plane.len() {
-        let mut run_start = at;
-        let mut run = 0;
-        while run_start < plane.len() {
-            run = run_at(run_start);
-            if run >= MIN_RUN {
-                break;
-            }
-            run_start += run;
-        }
+        let run_start = next_run(plane, at);
         let before = &plane[at..run_start];
         if (2..MIN_RUN).contains(&before.len()) && before.iter().all(|&b| b == before[0]) {
             out.extend_from_slice(&[128 + before.len() as u8, before[0]]);
@@ -122,10 +116,29 @@ fn encode_plane(plane: &[u8], out: &mut Vec<u8>) {
         }
         at = run_start;
         if at < plane.len() {
+            let limit = (at + 127).min(plane.len());
+            let run = plane[at..limit].iter().take_while(|&&b| b == plane[at]).count();
             out.extend_from_slice(&[128 + run as u8, plane[at]]);
             at += run;
         }
     }
+}
+
+/// First place from `at` on where [`MIN_RUN`] bytes are equal, or the end.
+fn next_run(plane: &[u8], mut at: usize) -> usize {
+    // From the last pair backwards: a difference there rules out all windows that hold both bytes.
+    while let Some(&[a, b, c, d]) = plane.get(at..at + MIN_RUN).and_then(|w| w.first_chunk()) {
+        if c != d {
+            at += 3;
+        } else if b != c {
+            at += 2;
+        } else if a != b {
+            at += 1;
+        } else {
+            return at;
+        }
+    }
+    plane.len()
 }
 
 /// Reads a scanline in any of the three codings.

@@ -146,7 +146,7 @@ pub struct ScanlineWriter<W> {
     height: usize,
     rows: usize,
     pixels: Vec<[u8; 4]>,
-    plane: Vec<u8>,
+    planes: Vec<u8>,
     bytes: Vec<u8>,
 }
 
@@ -162,7 +162,7 @@ impl<W: Write> ScanlineWriter<W> {
         }
         let text = compose(width, height, view, lines).map_err(|e| e.file(path))?;
         let mut writer =
-            Self { out, path: path.to_path_buf(), width, height, rows: 0, pixels: Vec::new(), plane: Vec::new(), bytes: Vec::new() };
+            Self { out, path: path.to_path_buf(), width, height, rows: 0, pixels: Vec::new(), planes: Vec::new(), bytes: Vec::new() };
         writer.bytes.extend_from_slice(text.as_bytes());
         writer.flush_bytes()?;
         Ok(writer)
@@ -183,7 +183,7 @@ impl<W: Write> ScanlineWriter<W> {
             let code = scanline::to_rgbe(color).map_err(|e| e.file(&self.path).field(format!("pixel {x}, {}", self.rows)))?;
             self.pixels.push(code);
         }
-        scanline::encode(&self.pixels, &mut self.plane, &mut self.bytes);
+        scanline::encode(&self.pixels, &mut self.planes, &mut self.bytes);
         self.rows += 1;
         self.flush_bytes()
     }
