@@ -102,7 +102,7 @@ struct ViewArgs {
     light_paths: Option<u32>,
 
     /// Rays to the light paths' vertices, per reflection and batch: from each sensor for each bin
-    /// (default 4), from each pixel for all bins (default 16)
+    /// (default 4), from each pixel for all bins (default 8)
     #[arg(long, value_name = "N")]
     visibility_rays: Option<u32>,
 
@@ -110,7 +110,7 @@ struct ViewArgs {
     #[arg(long, value_name = "N", default_value_t = ViewOptions::default().direct_samples)]
     direct_samples: u32,
 
-    /// Paths per sensor (default 512) or pixel (default 8) and batch for nearby surfaces and mirrors
+    /// Paths per sensor (default 512) or pixel (default 4) and batch for nearby surfaces and mirrors
     #[arg(long, value_name = "N")]
     near_samples: Option<u32>,
 

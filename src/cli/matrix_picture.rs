@@ -4,6 +4,7 @@
 use lucarne::camera::{Raster, View};
 use lucarne::files::write_atomically;
 use lucarne::gpu::Device;
+use lucarne::image::series::{Pattern, SetWriter};
 use lucarne::kernels::image_matrix::{self, ImageOptions, PixelRows};
 use lucarne::matrix::file::write_float_header;
 use lucarne::progress::Progress;
@@ -68,6 +69,9 @@ impl Job<'_> {
     /// component pictures if the name holds a number pattern like `%03d`.
     pub fn run(&self, output: Option<&Path>) -> Result<()> {
         match output {
+            Some(path) if Pattern::is_pattern(&path.to_string_lossy()) => {
+                self.component_pictures(&Pattern::parse(&path.to_string_lossy())?)
+            }
             Some(path) => write_atomically(path, |out| self.pixel_matrix(out).map_err(|e| e.file(path))),
             None => self.pixel_matrix(&mut std::io::stdout().lock()),
         }
@@ -92,5 +96,23 @@ impl Job<'_> {
             bytes.extend(rows.values.iter().flat_map(|v| v.to_le_bytes()));
             out.write_all(&bytes).map_err(|e| Error::new(e.to_string()))
         })
+    }
+
+    fn component_pictures(&self, pattern: &Pattern) -> Result<()> {
+        let view = self.raster.camera().view().to_options();
+        let size = [self.raster.width(), self.raster.height()];
+        let lines = |bin: usize| self.header.iter().cloned().chain([format!("BIN={bin}")]).collect();
+        let mut writer = SetWriter::create(pattern, self.bins(), size, Some(&view), lines)?;
+        let scanline = size[0] * self.bins() * 3;
+        // Pixels of a scanline that is not complete yet.
+        let mut pending: Vec<f32> = Vec::new();
+        self.compute(&mut |rows| {
+            pending.extend_from_slice(&rows.values);
+            let complete = pending.len() / scanline * scanline;
+            writer.write(&pending[..complete])?;
+            pending.drain(..complete);
+            Ok(())
+        })?;
+        writer.finish()
     }
 }

@@ -42,9 +42,9 @@ fn room() -> Room {
         Room {
             folder,
             scene,
-            window: "windows/south.rad",
+            window: "windows/vision.rad",
             points: "workplane.txt",
-            bsdf: "bsdf/clear_double.xml",
+            bsdf: "bsdf/double_clear.xml",
             weather: "weather/new_york.wea",
         }
     }
@@ -213,7 +213,7 @@ fn main() -> Result<(), String> {
     ];
     for (number, phase) in phases.iter().enumerate() {
         println!("\n{}", phase.name);
-        let mut curve = |who: &str, levels: &[(String, String)]| -> Result<Vec<(f64, f64)>, String> {
+        let curve = |who: &str, levels: &[(String, String)]| -> Result<Vec<(f64, f64)>, String> {
             let mut points = Vec::new();
             // Once before, so that the driver's cache of compiled shaders is warm.
             if who == "lucarne" {
