@@ -142,12 +142,12 @@ fn read_weather(path: Option<&Path>, warnings: &mut Warnings) -> Result<Weather>
 }
 
 /// The command as typed, for the header, as Radiance's programs keep it.
-fn command_line() -> String {
+pub(super) fn command_line() -> String {
     let words: Vec<String> = std::env::args().skip(1).map(|w| w.replace(|c: char| c.is_control(), " ")).collect();
     format!("lucarne {}", words.join(" "))
 }
 
-fn write_without_header(path: Option<&Path>, matrix: &Matrix<f32>, format: Format) -> Result<()> {
+pub(super) fn write_without_header(path: Option<&Path>, matrix: &Matrix<f32>, format: Format) -> Result<()> {
     let write = |out: &mut dyn Write| {
         let mut body = BodyOnly { out, newline_before: false, in_body: false };
         write_matrix_to(&mut body, matrix, format, &[])

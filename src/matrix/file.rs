@@ -55,7 +55,7 @@ impl Format {
     }
 
     /// Bytes per value; `None` for text.
-    fn width(self) -> Option<usize> {
+    pub(super) fn width(self) -> Option<usize> {
         match self {
             Format::Ascii => None,
             Format::Float => Some(4),
@@ -185,15 +185,16 @@ pub fn read_matrix_from<T: Scalar>(stream: impl Read) -> Result<MatrixFile<T>> {
 }
 
 /// What the header says.
-struct Header {
-    rows: Option<usize>,
-    cols: Option<usize>,
-    components: usize,
-    big_endian: bool,
-    format: Format,
+#[derive(Debug)]
+pub(super) struct Header {
+    pub rows: Option<usize>,
+    pub cols: Option<usize>,
+    pub components: usize,
+    pub big_endian: bool,
+    pub format: Format,
     exposure: f64,
     colour_correction: [f64; 3],
-    kept: Vec<String>,
+    pub kept: Vec<String>,
 }
 
 /// Longest header that is read: rcontrib repeats its whole command line, so lines can be long.
@@ -201,7 +202,7 @@ const HEADER_LIMIT: u64 = 16 << 20;
 
 impl Header {
     /// Reads up to and including the empty line; also gives the number of lines read.
-    fn read(stream: &mut impl BufRead) -> Result<(Self, usize)> {
+    pub fn read(stream: &mut impl BufRead) -> Result<(Self, usize)> {
         let mut header = Header {
             rows: None,
             cols: None,
@@ -276,7 +277,7 @@ impl Header {
 
     /// Divides by EXPOSURE and, for colour, COLORCORR, as rmtxop does. (dctimestep leaves factors
     /// within 1 % of 1 alone.)
-    fn undo_exposure<T: Scalar>(&self, data: &mut [T]) {
+    pub fn undo_exposure<T: Scalar>(&self, data: &mut [T]) {
         let colour = if self.components == 3 { self.colour_correction } else { [1.0; 3] };
         let factors = colour.map(|c| c * self.exposure);
         if factors != [1.0; 3] {

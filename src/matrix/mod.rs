@@ -1,6 +1,7 @@
 //! Dense matrices with interleaved components, and Radiance's files of them.
 
 pub mod file;
+pub mod rows;
 
 use crate::error::{Error, Result};
 

@@ -2,6 +2,8 @@
 
 mod fingerprint;
 pub mod inputs;
+pub mod multiply;
+pub mod pictures;
 mod presets;
 pub mod project;
 mod results;
