@@ -48,17 +48,19 @@ pub fn read_windows(file: &Path, base: &Path, warnings: &mut Warnings) -> Result
 }
 
 /// Reads sensors: a points file ([`points::read_points`]), or what a glTF file marks as sensors, all
-/// grids one after the other. `room.gltf#workplane` means only the grid `workplane`.
+/// grids one after the other. `room.gltf#workplane` means only the grid `workplane`; so does
+/// `preferred`, if the file has a grid of that name.
 ///
 /// # Errors
 /// As those functions, and glTF files without (such) a grid.
-pub fn read_sensors(file: &Path, warnings: &mut Warnings) -> Result<Vec<Sensor>> {
+pub fn read_sensors(file: &Path, preferred: Option<&str>, warnings: &mut Warnings) -> Result<Vec<Sensor>> {
     let (path, part) = gltf::split_part(file);
     if !gltf::is_gltf(&path) {
         return points::read_points(file);
     }
     let grids = gltf::read(&path, &gltf::Options::default(), warnings)?.sensors;
     let names = grids.iter().map(|g| g.name.clone()).collect::<Vec<_>>();
+    let part = part.or_else(|| preferred.filter(|p| names.iter().any(|n| n == p)).map(str::to_string));
     let sensors: Vec<Sensor> = grids.into_iter().filter(|g| part.as_ref().is_none_or(|p| *p == g.name)).flat_map(|g| g.sensors).collect();
     if sensors.is_empty() {
         return Err(absent("grid of sensors", part, &names).file(path).help("mark sensors by \"sensors\": \"name\" in the extras of their node"));

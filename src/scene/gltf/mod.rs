@@ -127,6 +127,10 @@ fn read_bytes(bytes: &[u8], file: &Path, options: &Options, warnings: &mut Warni
         }
         other => broken(format!("this is not glTF: {other}")),
     })?;
+    let version = &gltf.document.as_json().asset.version;
+    if !version.starts_with("2.") {
+        return Err(broken(format!("this is glTF {}, not 2.0", super::rad::shortened(version))));
+    }
     let buffers = Buffers::load(&gltf, file)?;
     if gltf.extensions_used().any(|e| e == "KHR_lights_punctual") {
         warnings.push(Error::new("its lights are left out").file(file).help("give luminaires an emissive material"));
