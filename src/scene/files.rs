@@ -63,7 +63,9 @@ pub fn read_sensors(file: &Path, preferred: Option<&str>, warnings: &mut Warning
     let part = part.or_else(|| preferred.filter(|p| names.iter().any(|n| n == p)).map(str::to_string));
     let sensors: Vec<Sensor> = grids.into_iter().filter(|g| part.as_ref().is_none_or(|p| *p == g.name)).flat_map(|g| g.sensors).collect();
     if sensors.is_empty() {
-        return Err(absent("grid of sensors", part, &names).file(path).help("mark sensors by \"sensors\": \"name\" in the extras of their node"));
+        return Err(absent("grid of sensors", part, &names)
+            .file(path)
+            .help("mark sensors by \"sensors\": \"name\" in the extras of their node"));
     }
     Ok(sensors)
 }

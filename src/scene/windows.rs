@@ -72,10 +72,18 @@ impl WindowBuilder {
             };
             if cosine <= 0.0 {
                 let message = format!("surface '{}' faces away from the other surfaces of the window", origin.name);
-                return Err(at(Error::new(message).help("turn all normals into the room, or give windows of different orientation different modifiers"), origin));
+                return Err(at(
+                    Error::new(message)
+                        .help("turn all normals into the room, or give windows of different orientation different modifiers"),
+                    origin,
+                ));
             }
             if cosine < WARN_ANGLE_DEG.to_radians().cos() {
-                let message = format!("surface '{}' is turned by {:.1}° from the mean of its window; one normal is used for all", origin.name, cosine.acos().to_degrees());
+                let message = format!(
+                    "surface '{}' is turned by {:.1}° from the mean of its window; one normal is used for all",
+                    origin.name,
+                    cosine.acos().to_degrees()
+                );
                 warnings.push(at(Error::new(message).help("give windows of different orientation different modifiers"), origin));
             }
         }
@@ -130,7 +138,8 @@ fn hemisphere(text: &str) -> Result<(Option<AngleBasis>, bool)> {
 
 fn direction(text: &str) -> Result<DVec3> {
     let bad = || {
-        Error::new(format!("u={} is not a direction", super::rad::shortened(text))).help("write an axis as u=Z, u=+Y, u=-X or three numbers as u=0,0,1")
+        Error::new(format!("u={} is not a direction", super::rad::shortened(text)))
+            .help("write an axis as u=Z, u=+Y, u=-X or three numbers as u=0,0,1")
     };
     let (sign, axis) = match text.strip_prefix('-') {
         Some(rest) => (-1.0, rest),
@@ -142,7 +151,8 @@ fn direction(text: &str) -> Result<DVec3> {
         "Z" | "z" => return Ok(DVec3::Z * sign),
         _ => {}
     }
-    let numbers: Vec<f64> = text.split(',').map(|t| t.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect::<Option<_>>().ok_or_else(bad)?;
+    let numbers: Vec<f64> =
+        text.split(',').map(|t| t.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect::<Option<_>>().ok_or_else(bad)?;
     match numbers[..] {
         [x, y, z] => DVec3::new(x, y, z).try_normalize().ok_or_else(bad),
         _ => Err(bad()),

@@ -28,7 +28,9 @@ impl Buffers {
                     let bad = |e| at(Error::new(format!("its data URI cannot be decoded: {e}")).help("export the file again"));
                     gltf::buffer::Data::from_source(source, None).map_err(bad)?.0
                 }
-                Source::Uri(uri) => files::read(&beside(file, uri).map_err(at)?).map_err(|e| e.field(format!("buffer {}", buffer.index())))?,
+                Source::Uri(uri) => {
+                    files::read(&beside(file, uri).map_err(at)?).map_err(|e| e.field(format!("buffer {}", buffer.index())))?
+                }
             };
             if bytes.len() < buffer.length() {
                 let message = format!("{} bytes are there, {} are announced", bytes.len(), buffer.length());
@@ -132,7 +134,8 @@ fn unsigned(bytes: &[u8]) -> u32 {
 /// The file a relative URI names, which must lie in the folder of `file` or below.
 fn beside(file: &Path, uri: &str) -> Result<PathBuf> {
     let refused = |why: &str| {
-        Error::new(format!("the buffer '{}' {why}", crate::scene::rad::shortened(uri))).help("put the buffer into the folder of the file, and name it relative to that")
+        Error::new(format!("the buffer '{}' {why}", crate::scene::rad::shortened(uri)))
+            .help("put the buffer into the folder of the file, and name it relative to that")
     };
     let decoded = percent_decoded(uri).ok_or_else(|| refused("is not a valid URI"))?;
     let relative = Path::new(&decoded);
@@ -140,7 +143,10 @@ fn beside(file: &Path, uri: &str) -> Result<PathBuf> {
     if decoded.split('/').next().is_some_and(|first| first.contains(':')) {
         return Err(refused("is not a relative path; nothing is loaded from elsewhere"));
     }
-    if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) || decoded.contains('\\') || decoded.contains('\0') {
+    if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir))
+        || decoded.contains('\\')
+        || decoded.contains('\0')
+    {
         return Err(refused("lies outside the folder of the file"));
     }
     let folder = match file.parent() {

@@ -47,7 +47,15 @@ pub fn kind(material: &gltf::Material, warnings: &mut Warnings) -> Result<Materi
     let gltf_roughness = decimal(pbr.roughness_factor());
     let transmitted = transmission.map_or(0.0, |t| decimal(t.transmission_factor()));
     let index = material.ior().map_or(1.5, decimal);
-    for (name, value) in [("red", red), ("green", green), ("blue", blue), ("alpha", alpha), ("metallic", metallic), ("roughness", gltf_roughness), ("transmission", transmitted)] {
+    for (name, value) in [
+        ("red", red),
+        ("green", green),
+        ("blue", blue),
+        ("alpha", alpha),
+        ("metallic", metallic),
+        ("roughness", gltf_roughness),
+        ("transmission", transmitted),
+    ] {
         if !(0.0..=1.0).contains(&value) {
             return Err(Error::new(format!("its {name} factor is {value}")).help("factors lie between 0 and 1"));
         }

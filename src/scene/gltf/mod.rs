@@ -139,7 +139,8 @@ fn read_bytes(bytes: &[u8], file: &Path, options: &Options, warnings: &mut Warni
     let asset = extras(&gltf.document.as_json().asset.extras)?;
     let own = extras(scene.extras())?;
     let world = orientation(options, &[&own, &asset])?;
-    let mut reader = Reader { file, buffers: &buffers, warnings, contents: Contents::default(), windows: Vec::new(), materials: HashMap::new() };
+    let mut reader =
+        Reader { file, buffers: &buffers, warnings, contents: Contents::default(), windows: Vec::new(), materials: HashMap::new() };
     for node in scene.nodes() {
         reader.node(&node, world, None, 0)?;
     }
@@ -221,7 +222,9 @@ impl Reader<'_> {
         let label = format!("node {} '{}'", node.index(), super::rad::shortened(node.name().unwrap_or("")));
         let at = |e: Error| e.field(label.clone());
         if depth > MAX_DEPTH {
-            return Err(at(Error::new(format!("nodes are nested more than {MAX_DEPTH} deep, or in a circle")).help("export the file again")));
+            return Err(at(
+                Error::new(format!("nodes are nested more than {MAX_DEPTH} deep, or in a circle")).help("export the file again")
+            ));
         }
         let local = match node.transform() {
             gltf::scene::Transform::Matrix { matrix } => DAffine3::from_mat4(DMat4::from_cols_array_2d(&matrix.map(|c| c.map(f64::from)))),
@@ -240,7 +243,9 @@ impl Reader<'_> {
         };
         let world = parent * local;
         if !world.is_finite() {
-            return Err(at(Error::new("the transformation is not finite").help("correct the node's matrix, rotation, translation or scale")));
+            return Err(at(
+                Error::new("the transformation is not finite").help("correct the node's matrix, rotation, translation or scale")
+            ));
         }
         let own = Mark::of(node.name(), node.extras()).map_err(at)?;
         let mark = own.as_ref().or(inherited);
@@ -304,11 +309,8 @@ impl Reader<'_> {
             self.warn(name, "vertex colours are left out", "give surfaces of different colour different materials");
         }
         let all = corners.len();
-        let triangles: Vec<[DVec3; 3]> = corners
-            .into_iter()
-            .map(|t| t.map(|i| placed[i as usize]))
-            .filter(|[a, b, c]| (b - a).cross(c - a) != DVec3::ZERO)
-            .collect();
+        let triangles: Vec<[DVec3; 3]> =
+            corners.into_iter().map(|t| t.map(|i| placed[i as usize])).filter(|[a, b, c]| (b - a).cross(c - a) != DVec3::ZERO).collect();
         if triangles.len() < all {
             self.warn(name, &format!("{} triangles without area are left out", all - triangles.len()), "remove them from the mesh");
         }
@@ -376,9 +378,9 @@ impl Reader<'_> {
         }
         for (&position, normal) in positions.iter().zip(normals) {
             let line = sensors.len() + 1;
-            let direction = normal.try_normalize().ok_or_else(|| {
-                Error::new(format!("sensor {line} has no normal to face along")).help("export the mesh with normals")
-            })?;
+            let direction = normal
+                .try_normalize()
+                .ok_or_else(|| Error::new(format!("sensor {line} has no normal to face along")).help("export the mesh with normals"))?;
             sensors.push(Sensor { position, direction, line });
         }
         Ok(())

@@ -156,15 +156,19 @@ fn materials_follow_the_table() {
     });
     let MaterialKind::Trans { transmissivity: 0.25, transmitted_specularity: 1.0, roughness: 0.25, .. } = plain(blind) else { panic!() };
 
-    let (blended, warnings) = kind(json!({ "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorFactor": [0, 0, 0, 0.25], "metallicFactor": 0 } }));
+    let (blended, warnings) =
+        kind(json!({ "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorFactor": [0, 0, 0, 0.25], "metallicFactor": 0 } }));
     assert!(matches!(blended, Ok(MaterialKind::Glass { .. })) && warnings.contains("transmits 0.750"), "{warnings}");
     let (_, warnings) = kind(json!({ "pbrMetallicRoughness": { "metallicFactor": 0.25 } }));
     assert!(warnings.contains("metallic factor 0.25 is taken as 0"), "{warnings}");
     let (bad, _) = kind(json!({ "pbrMetallicRoughness": { "baseColorFactor": [2, 0, 0, 1] } }));
     assert!(bad.is_err());
-    let textured = File::with("/materials/0", json!({ "name": "carpet", "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": 0 } } }))
-        .and("/textures", json!([{ "source": 0 }]))
-        .and("/images", json!([{ "uri": "carpet.png" }]));
+    let textured = File::with(
+        "/materials/0",
+        json!({ "name": "carpet", "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": 0 } } }),
+    )
+    .and("/textures", json!([{ "source": 0 }]))
+    .and("/images", json!([{ "uri": "carpet.png" }]));
     assert!(textured.read_with(&Options::default()).1.contains("material 0 'carpet': its textures are left out"));
 }
 
@@ -174,7 +178,13 @@ fn extras_give_exact_materials() {
     let trans = "void trans t 0 0 7 .5 .4 .3 .06 .05 .7 .8";
     assert_eq!(
         kind(trans).0.unwrap().scene.materials[0].kind,
-        MaterialKind::Trans { color: [0.5, 0.4, 0.3], specularity: 0.06, roughness: 0.05, transmissivity: 0.7, transmitted_specularity: 0.8 }
+        MaterialKind::Trans {
+            color: [0.5, 0.4, 0.3],
+            specularity: 0.06,
+            roughness: 0.05,
+            transmissivity: 0.7,
+            transmitted_specularity: 0.8
+        }
     );
     assert_eq!(kind("void").0.unwrap().scene.materials[0].kind, MaterialKind::Void);
     let (_, warnings) = kind("void brightfunc b 2 x y.cal 0 0\nb plastic p 0 0 5 1.5 .5 .5 0 0");
@@ -327,7 +337,10 @@ fn written_scenes_are_read_back() {
         let path = folder.path().join(name);
         write(&path, &scene, &windows, &sensors).unwrap();
         let back = read(&path, &Options::default(), &mut warnings).unwrap();
-        assert_eq!(back.scene.materials.iter().map(|m| m.kind).collect::<Vec<_>>(), scene.materials.iter().map(|m| m.kind).collect::<Vec<_>>());
+        assert_eq!(
+            back.scene.materials.iter().map(|m| m.kind).collect::<Vec<_>>(),
+            scene.materials.iter().map(|m| m.kind).collect::<Vec<_>>()
+        );
         assert_same_triangles(&back.scene, &scene);
         for (a, b) in back.windows.iter().zip(&windows) {
             assert_eq!((&a.name, &a.basis), (&b.name, &b.basis));
@@ -373,7 +386,8 @@ fn written_scenes_are_read_back() {
 /// The same triangles in any order, to the precision of 32-bit coordinates.
 fn assert_same_triangles(a: &Scene, b: &Scene) {
     let sorted = |s: &Scene| {
-        let mut all: Vec<(String, [DVec3; 3])> = s.triangles.iter().map(|t| (s.materials[t.material.0 as usize].name.clone(), t.vertices)).collect();
+        let mut all: Vec<(String, [DVec3; 3])> =
+            s.triangles.iter().map(|t| (s.materials[t.material.0 as usize].name.clone(), t.vertices)).collect();
         let key = |(name, v): &(String, [DVec3; 3])| (name.clone(), v.map(|p| (p * 1e4).round().to_array().map(|c| c as i64)));
         all.sort_by_key(key);
         all

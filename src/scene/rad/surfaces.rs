@@ -92,7 +92,10 @@ pub fn geometry(surface: Surface, object: &Object, placement: &Placement, file: 
         Surface::Cylinder | Surface::Tube | Surface::Cone | Surface::Cup => {
             let [mut r0, mut r1] = [r[6], *r.get(7).unwrap_or(&r[6])].map(|v| v * placement.scale);
             if r0.min(r1) < 0.0 && r0.max(r1) <= 0.0 {
-                warn("the radius is negative".to_string(), "it is turned inside out, as in Radiance; write `tube` or `cup` and positive radii");
+                warn(
+                    "the radius is negative".to_string(),
+                    "it is turned inside out, as in Radiance; write `tube` or `cup` and positive radii",
+                );
                 (r0, r1) = (-r0, -r1);
                 inward = !inward;
             }
