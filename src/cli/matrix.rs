@@ -11,9 +11,7 @@ use lucarne::kernels::trace::TracedMatrix;
 use lucarne::kernels::view_matrix::{self, ViewOptions};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
-use lucarne::scene::points::read_points;
-use lucarne::scene::rad::{read_scene, read_windows};
-use lucarne::scene::{Scene, Window};
+use lucarne::scene::{Scene, Window, read_scene, read_sensors, read_windows};
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -147,7 +145,7 @@ fn view(args: &ViewArgs, warnings: &mut Warnings) -> Result<()> {
     if let Some(file) = &args.picture.view {
         return picture(args, file, &scene, &windows);
     }
-    let sensors = read_points(args.points.as_deref().expect("clap asks for points or a view"))?;
+    let sensors = read_sensors(args.points.as_deref().expect("clap asks for points or a view"), None, warnings)?;
     let default = ViewOptions::default();
     let options = ViewOptions {
         bounces: common.bounces,

@@ -1,12 +1,17 @@
 //! What the tracer sees: triangles with materials, and the windows between inside and outside.
 //!
-//! Readers ([`rad`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
+//! Readers ([`rad`], [`gltf`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
 //! acceleration structure rebases them near the origin.
 
+mod files;
+pub mod gltf;
 pub mod points;
 pub mod polygon;
 pub mod rad;
 pub mod shapes;
+mod windows;
+
+pub use files::{read_scene, read_sensors, read_windows};
 
 use crate::bins::{AngleBasis, Frame};
 use glam::DVec3;

@@ -41,7 +41,8 @@ pub fn triangulate(corners: &[DVec3]) -> Triangulation {
     let doubled: DVec3 = corners.windows(2).map(|w| (w[0] - origin).cross(w[1] - origin)).sum();
     let extent = corners.iter().map(|c| (c - origin).length()).fold(0.0, f64::max);
     let area = doubled.length() / 2.0;
-    if !(area > DEGENERATE_AREA * extent * extent) {
+    // Coordinates that overflow make an area that compares with nothing.
+    if area.is_nan() || area <= DEGENERATE_AREA * extent * extent {
         return empty;
     }
     let normal = doubled / (2.0 * area);
@@ -130,9 +131,7 @@ fn clip_ears(outline: &[DVec2]) -> Option<Vec<[usize; 3]>> {
         };
         let ear = (start..start + m).map(|i| i % m).find(|&i| is_ear(i));
         // Without an ear: a corner without area (the end of a used-up seam) carries nothing.
-        let Some(found) = ear.or_else(|| (0..m).find(|&i| size(i).abs() <= flat)) else {
-            return None;
-        };
+        let found = ear.or_else(|| (0..m).find(|&i| size(i).abs() <= flat))?;
         if ear.is_some() {
             triangles.push(triple(found));
         }

@@ -4,8 +4,8 @@ use super::project::{Project, SensorsSection, WindowSection};
 use crate::bsdf;
 use crate::error::{Error, Result, Warnings};
 use crate::matrix::Matrix;
-use crate::scene::points::{Sensor, read_points};
-use crate::scene::{Scene, Window, rad};
+use crate::scene::points::Sensor;
+use crate::scene::{self, Scene, Window};
 use crate::weather::Weather;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -57,8 +57,8 @@ impl Inputs {
         // Commands inside scene files may name files relative to the project's folder.
         let base = project.folder();
         let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
-        let scene = rad::read_scene(&files, base, warnings)?;
-        let sensors = project.sensors.iter().map(read_group).collect::<Result<Vec<_>>>()?;
+        let scene = scene::read_scene(&files, base, warnings)?;
+        let sensors = project.sensors.iter().map(|s| read_group(s, warnings)).collect::<Result<Vec<_>>>()?;
         let mut windows = Vec::new();
         for section in &project.windows {
             windows.extend(read_windows(section, base, warnings)?);
@@ -75,12 +75,17 @@ impl Inputs {
     }
 }
 
-fn read_group(section: &SensorsSection) -> Result<SensorGroup> {
-    Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors: read_points(&section.points)? })
+fn read_group(section: &SensorsSection, warnings: &mut Warnings) -> Result<SensorGroup> {
+    let sensors = scene::read_sensors(&section.points, Some(&section.name), warnings)?;
+    Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors })
 }
 
 fn read_windows(section: &WindowSection, base: &Path, warnings: &mut Warnings) -> Result<Vec<ProjectWindow>> {
-    let surfaces = rad::read_windows(section.surface.strip_prefix(base).unwrap_or(&section.surface), base, warnings)?;
+    let mut surfaces = scene::read_windows(section.surface.strip_prefix(base).unwrap_or(&section.surface), base, warnings)?;
+    // Of several windows in one file, the one that has the section's name is meant.
+    if surfaces.iter().any(|w| w.name == section.name) {
+        surfaces.retain(|w| w.name == section.name);
+    }
     let bsdf = bsdf::read(&section.bsdf, warnings)?;
     let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
     let single = surfaces.len() == 1;

@@ -23,6 +23,7 @@ mod syntax;
 mod windows;
 mod xform;
 
+pub(super) use syntax::shortened;
 pub use windows::read_windows;
 
 use super::{DistantSource, MaterialKind, Scene, SurfaceOrigin, Triangle};
@@ -32,7 +33,7 @@ use reader::{Reader, Sink};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use surfaces::Geometry;
-use syntax::{Object, ObjectType};
+use syntax::{Object, ObjectType, Statement};
 use xform::Placement;
 
 /// Most triangles of one scene; more would not fit the memory of usual machines and devices.
@@ -53,6 +54,35 @@ pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Re
         reader.read(file, &mut sink, warnings)?;
     }
     Ok(sink.scene)
+}
+
+/// The material that a text of definitions ends with; `void` stands for none.
+///
+/// # Errors
+/// As [`read_scene`], and if there is no material, or anything but materials, in the text.
+pub(super) fn material(text: &str, file: &Path, warnings: &mut Warnings) -> Result<MaterialKind> {
+    let no_material = || Error::new("this is no material").help("write one as in a .rad file: `void plastic wall 0 0 5 .5 .5 .5 0 0`");
+    if text.trim() == modifiers::VOID {
+        return Ok(MaterialKind::Void);
+    }
+    let file: Rc<Path> = file.into();
+    let mut known = Modifiers::default();
+    let mut last = None;
+    for statement in syntax::parse(text.as_bytes(), &file)? {
+        match statement {
+            Statement::Object(object) if object.kind.is_modifier() => {
+                known.define(&object, &file, 1.0)?;
+                last = Some(object.name);
+            }
+            Statement::Alias { modifier, name, target, line } => {
+                known.alias(&modifier, &name, &target, &file, line)?;
+                last = Some(name);
+            }
+            _ => return Err(no_material()),
+        }
+    }
+    let definition = known.find(&last.ok_or_else(no_material)?)?;
+    definition.map_or(Ok(MaterialKind::Void), |d| known.kind(&d, warnings))
 }
 
 #[derive(Default)]

@@ -91,7 +91,7 @@ pub fn geometry(surface: Surface, object: &Object, placement: &Placement, file: 
         }
         Surface::Cylinder | Surface::Tube | Surface::Cone | Surface::Cup => {
             let [mut r0, mut r1] = [r[6], *r.get(7).unwrap_or(&r[6])].map(|v| v * placement.scale);
-            if r0 < 0.0 && r1 < 0.0 || r0 <= 0.0 && r1 < 0.0 || r0 < 0.0 && r1 <= 0.0 {
+            if r0.min(r1) < 0.0 && r0.max(r1) <= 0.0 {
                 warn(
                     "the radius is negative".to_string(),
                     "it is turned inside out, as in Radiance; write `tube` or `cup` and positive radii",
@@ -128,7 +128,7 @@ pub fn geometry(surface: Surface, object: &Object, placement: &Placement, file: 
 fn check_counts(surface: Surface, object: &Object) -> Result<()> {
     let n = object.reals.len();
     let (right, meaning) = match surface {
-        Surface::Polygon => (n >= 9 && n % 3 == 0, "three coordinates for each of three or more corners"),
+        Surface::Polygon => (n >= 9 && n.is_multiple_of(3), "three coordinates for each of three or more corners"),
         Surface::Sphere | Surface::Bubble => (n == 4, "the centre (3) and the radius"),
         Surface::Ring => (n == 8, "the centre (3), the normal (3) and two radii"),
         Surface::Cylinder | Surface::Tube => (n == 7, "two ends (3 each) and the radius"),
