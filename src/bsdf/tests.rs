@@ -109,7 +109,7 @@ fn junk_separators_case_prefixes_comments_and_cdata_do_not_matter() {
     ];
     for (i, text) in variants.iter().enumerate() {
         let (bsdf, warnings) = parse(text).unwrap_or_else(|e| panic!("variant {i}: {e}"));
-        assert_eq!(bsdf, plain, "variant {i}");
+        assert!(bsdf == plain, "variant {i}");
         assert_eq!(warnings.len(), usize::from(i == 2), "variant {i}: {warnings:?}");
     }
 }

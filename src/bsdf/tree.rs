@@ -172,6 +172,36 @@ impl TensorTree {
         sum
     }
 
+    /// The nested text of the tree, as in a file.
+    ///
+    /// # Errors
+    /// What `out` returns.
+    pub fn write_text(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        self.write_node(self.nodes[0], 0, out)
+    }
+
+    fn write_node(&self, node: Node, depth: usize, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        let indent = "  ".repeat(depth);
+        match node {
+            Node::Branch(first) => {
+                writeln!(out, "{indent}{{")?;
+                for child in 0..1usize << self.rank {
+                    self.write_node(self.nodes[first as usize + child], depth + 1, out)?;
+                }
+                writeln!(out, "{indent}}}")
+            }
+            Node::Leaf { log2, first } => {
+                write!(out, "{indent}{{")?;
+                let count = 1usize << (usize::from(log2) * self.rank);
+                for (i, v) in self.values[first as usize..first as usize + count].iter().enumerate() {
+                    // Short lines: Radiance's reader has fixed buffers.
+                    write!(out, "{}{v:e}", if i % 16 == 15 { '\n' } else { ' ' })?;
+                }
+                writeln!(out, " }}")
+            }
+        }
+    }
+
     /// Calls `f` with every cell.
     pub fn for_each_cell(&self, mut f: impl FnMut(Cell)) {
         self.visit(self.nodes[0], [0.0; 4], 1.0, &|_, _| true, &mut f);

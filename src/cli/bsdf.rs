@@ -48,15 +48,7 @@ fn describe(bsdf: &Bsdf) -> String {
     if let Some(geometry) = &bsdf.geometry {
         text += &format!("geometry      {} ({} bytes)\n", geometry.format, geometry.text.len());
     }
-    let bands = [
-        ("Visible", &bsdf.visible),
-        ("Solar", &bsdf.solar),
-        ("CIE-X", &bsdf.cie_x),
-        ("CIE-Z", &bsdf.cie_z),
-        ("CIE-u", &bsdf.cie_u),
-        ("CIE-v", &bsdf.cie_v),
-    ];
-    for (name, blocks) in bands.into_iter().filter(|(_, blocks)| !blocks.is_empty()) {
+    for (name, blocks) in bsdf.bands().into_iter().filter(|(_, blocks)| !blocks.is_empty()) {
         text += &describe_band(name, blocks);
     }
     if !bsdf.skipped.is_empty() {
