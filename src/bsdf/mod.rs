@@ -18,9 +18,14 @@
 //! light **travels**, in the window's frame ([`crate::bins::Frame`]); only its x and y count, the
 //! component tells the side. See [`crate::bins::AngleBasis`] for the consequence.
 
+pub mod difference;
+pub mod interpolate;
+pub mod isotropic;
 mod klems;
 mod numbers;
+mod overlap;
 mod read;
+pub mod resample;
 mod transmission;
 mod tree;
 mod write;

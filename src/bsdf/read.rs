@@ -320,9 +320,7 @@ impl<'w> Document<'w> {
                     Text::Undecided
                 }
             }
-            _ if self.parent() == "Material" => {
-                Text::Short(String::new())
-            }
+            _ if self.parent() == "Material" => Text::Short(String::new()),
             "IncidentDataStructure"
             | "AngleBasisName"
             | "nPhis"
