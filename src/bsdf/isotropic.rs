@@ -352,7 +352,8 @@ mod tests {
                 assert!((specular - integral(&[own], &table.front)).abs() < 1e-6);
             }
             let t = blocks.transmission_front.as_ref().unwrap();
-            assert!((t.direct_hemispherical_at(0.0) - 0.6).abs() < 1e-3, "{}", t.direct_hemispherical_at(0.0));
+            // The mean over the cap of 5 to 9° instead of the value at 0°.
+            assert!((t.direct_hemispherical_at(0.0) - 0.6).abs() < 2e-3, "{}", t.direct_hemispherical_at(0.0));
         }
     }
 

@@ -363,9 +363,11 @@ mod tests {
         let source = Block::Klems(KlemsMatrix::from_fn(&full, f));
         let tree = Block::Tree(to_tree(&source, 3, 4, 0.0).unwrap());
         assert!((tree.hemispherical() - source.hemispherical()).abs() < 1e-3, "{} {}", tree.hemispherical(), source.hemispherical());
-        for theta in [0.0, 20.0, 40.0, 60.0] {
-            // Slices of 1/16 do not end where rings do.
-            assert!((tree.direct_hemispherical_at(theta) - source.direct_hemispherical_at(theta)).abs() < 0.04);
+        for slice in 0..8 {
+            let (low, high) = (1.0 - (slice + 1) as f64 / 8.0, 1.0 - slice as f64 / 8.0);
+            let middle = (low + high) / 2.0;
+            let light = DVec3::new(middle * 0.6, middle * 0.8, (1.0 - middle * middle).sqrt());
+            assert!((tree.direct_hemispherical(light) - mean_direct_hemispherical(&source, low, high)).abs() < 1e-5);
         }
         let back = to_klems(&tree, &full, &full);
         assert!((back.hemispherical() - source.hemispherical()).abs() < 1e-3);
