@@ -78,8 +78,8 @@ fn tree4_to_klems(tree: &TensorTree, incident: &AngleBasis, outgoing: &AngleBasi
 }
 
 /// Samples per side of an outgoing bin, and of an incident bin, for rank 3.
-const SAMPLES_OUT: usize = 6;
-const SAMPLES_IN: usize = 6;
+const SAMPLES_OUT: usize = 4;
+const SAMPLES_IN: usize = 4;
 
 fn tree3_to_klems(tree: &TensorTree, incident: &AngleBasis, outgoing: &AngleBasis) -> KlemsMatrix {
     let stratum = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
