@@ -18,16 +18,24 @@
 //! light **travels**, in the window's frame ([`crate::bins::Frame`]); only its x and y count, the
 //! component tells the side. See [`crate::bins::AngleBasis`] for the consequence.
 
+pub mod check;
+pub mod difference;
+pub mod interpolate;
+pub mod isotropic;
 mod klems;
 mod numbers;
+mod overlap;
 mod read;
+pub mod resample;
 mod transmission;
 mod tree;
+mod write;
 
 pub use klems::KlemsMatrix;
 pub use read::{read, read_from};
 pub use transmission::{TransmissionSource, transmission_matrix, transmission_source};
 pub use tree::{Cell, TensorTree};
+pub use write::{write, write_to};
 
 use crate::bins::AngleBasis;
 use glam::DVec3;
@@ -47,6 +55,9 @@ pub struct Bsdf {
     pub width: Option<f64>,
     /// Height, m.
     pub height: Option<f64>,
+    /// Other properties of the material as (element, text), in the file's order: thermal
+    /// conductivity, emissivities, openness.
+    pub properties: Vec<(String, String)>,
     /// Geometry that stands in for the data in direct views.
     pub geometry: Option<Geometry>,
     /// Visible light: wavelength `Visible`, the CIE Y of coloured files. Simulations use this one.
@@ -128,6 +139,33 @@ impl Component {
             Component::TransmissionFront => Component::TransmissionBack,
             Component::TransmissionBack => Component::TransmissionFront,
             reflection => reflection,
+        }
+    }
+}
+
+impl Bsdf {
+    /// All bands with their names in the file.
+    pub fn bands(&self) -> [(&'static str, &Blocks); 6] {
+        [
+            ("Visible", &self.visible),
+            ("Solar", &self.solar),
+            ("CIE-X", &self.cie_x),
+            ("CIE-Z", &self.cie_z),
+            ("CIE-u", &self.cie_u),
+            ("CIE-v", &self.cie_v),
+        ]
+    }
+
+    /// The band of this name, if it is one that is kept (case does not matter).
+    pub fn band_mut(&mut self, name: &str) -> Option<&mut Blocks> {
+        match name.to_ascii_lowercase().as_str() {
+            "visible" => Some(&mut self.visible),
+            "solar" => Some(&mut self.solar),
+            "cie-x" => Some(&mut self.cie_x),
+            "cie-z" => Some(&mut self.cie_z),
+            "cie-u" => Some(&mut self.cie_u),
+            "cie-v" => Some(&mut self.cie_v),
+            _ => None,
         }
     }
 }

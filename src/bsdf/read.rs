@@ -25,6 +25,8 @@ const TEXT_LIMIT: usize = 1 << 16;
 const GEOMETRY_LIMIT: usize = 64 << 20;
 /// Most values of a matrix, when the bases are not known before the values: 2048 × 2048.
 const VALUE_LIMIT: usize = 1 << 22;
+/// Most properties of the material that are kept.
+const PROPERTY_LIMIT: usize = 64;
 /// Most bins of a basis that a file defines.
 const BIN_LIMIT: usize = 1 << 14;
 /// Most text before the first element (`Recover using: …` of genBSDF).
@@ -312,15 +314,13 @@ impl<'w> Document<'w> {
                 Text::Ignored
             }
             "ScatteringData" => {
-                if self.wavelength.name.as_deref().is_some_and(|n| band(&mut self.bsdf, n).is_none()) {
+                if self.wavelength.name.as_deref().is_some_and(|n| self.bsdf.band_mut(n).is_none()) {
                     Text::Skipped
                 } else {
                     Text::Undecided
                 }
             }
-            "Name" | "Manufacturer" | "DeviceType" | "Thickness" | "Width" | "Height" if self.parent() == "Material" => {
-                Text::Short(String::new())
-            }
+            _ if self.parent() == "Material" => Text::Short(String::new()),
             "IncidentDataStructure"
             | "AngleBasisName"
             | "nPhis"
@@ -399,6 +399,11 @@ impl<'w> Document<'w> {
             "Thickness" if in_material => self.bsdf.thickness = self.length(&short, line),
             "Width" if in_material => self.bsdf.width = self.length(&short, line),
             "Height" if in_material => self.bsdf.height = self.length(&short, line),
+            _ if in_material => {
+                if !short.is_empty() && self.bsdf.properties.len() < PROPERTY_LIMIT {
+                    self.bsdf.properties.push((name.to_string(), short));
+                }
+            }
             "MGFblock" => {
                 if let (Text::Geometry(mgf), Some(geometry)) = (text, &mut self.bsdf.geometry) {
                     geometry.text = unescape(&String::from_utf8_lossy(&mgf));
@@ -524,7 +529,7 @@ impl<'w> Document<'w> {
         for block in std::mem::take(&mut self.wavelength.blocks) {
             let line = block.line;
             let at = |e: Error| e.line(line).field("WavelengthDataBlock");
-            if band(&mut self.bsdf, &wavelength).is_none() {
+            if self.bsdf.band_mut(&wavelength).is_none() {
                 if !self.bsdf.skipped.contains(&wavelength) && self.bsdf.skipped.len() < 1000 {
                     self.bsdf.skipped.push(wavelength.clone());
                 }
@@ -541,7 +546,7 @@ impl<'w> Document<'w> {
                     Block::Klems(self.matrix(list, block.columns, block.rows, line, &place).map_err(|e| e.line(line).field(place.clone()))?)
                 }
             };
-            let slot = band(&mut self.bsdf, &wavelength).expect("checked above").slot(component);
+            let slot = self.bsdf.band_mut(&wavelength).expect("checked above").slot(component);
             if slot.replace(data).is_some() {
                 self.warnings.push(Error::new("this block comes twice; the last one is used").line(line).field(place));
             }
@@ -621,7 +626,7 @@ impl<'w> Document<'w> {
             return Err(Error::new("this is not a BSDF file: it has no element WindowElement"));
         }
         let b = &self.bsdf;
-        if [&b.visible, &b.solar, &b.cie_x, &b.cie_z, &b.cie_u, &b.cie_v].iter().all(|blocks| blocks.is_empty()) {
+        if b.bands().iter().all(|(_, blocks)| blocks.is_empty()) {
             let what = if b.skipped.is_empty() { "no WavelengthData" } else { "neither Visible nor Solar data" };
             return Err(Error::new(format!("the file holds {what}")).help("a BSDF file needs at least one block of wavelength Visible"));
         }
@@ -641,19 +646,6 @@ impl Definition {
             return Err(Error::new(format!("angle basis '{}': rings do not join ({:?}° up to {:?}°)", self.name, self.lower, self.upper)));
         }
         AngleBasis::from_rings(&self.name, &limits, &self.counts)
-    }
-}
-
-/// The blocks of a wavelength, if it is one that is kept.
-fn band<'b>(bsdf: &'b mut Bsdf, wavelength: &str) -> Option<&'b mut super::Blocks> {
-    match wavelength.to_ascii_lowercase().as_str() {
-        "visible" => Some(&mut bsdf.visible),
-        "solar" => Some(&mut bsdf.solar),
-        "cie-x" => Some(&mut bsdf.cie_x),
-        "cie-z" => Some(&mut bsdf.cie_z),
-        "cie-u" => Some(&mut bsdf.cie_u),
-        "cie-v" => Some(&mut bsdf.cie_v),
-        _ => None,
     }
 }
 

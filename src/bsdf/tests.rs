@@ -109,7 +109,7 @@ fn junk_separators_case_prefixes_comments_and_cdata_do_not_matter() {
     ];
     for (i, text) in variants.iter().enumerate() {
         let (bsdf, warnings) = parse(text).unwrap_or_else(|e| panic!("variant {i}: {e}"));
-        assert_eq!(bsdf, plain, "variant {i}");
+        assert!(bsdf == plain, "variant {i}");
         assert_eq!(warnings.len(), usize::from(i == 2), "variant {i}: {warnings:?}");
     }
 }
@@ -226,7 +226,9 @@ fn visible_front_is_chosen_else_back_reversed_and_solar_alone_is_refused() {
     );
     assert!(source(&[block("Solar", "Transmission Front")]).unwrap_err().to_string().contains("Solar data do not"));
     let tree = xml("TensorTree4", &[("Visible", "Transmission Front", "", "", "{ 0.3 }".into())]);
-    assert!(transmission_matrix(&parse(&tree).unwrap().0).unwrap_err().to_string().contains("lucarne bsdf convert"));
+    let t = transmission_matrix(&parse(&tree).unwrap().0).unwrap();
+    assert_eq!((t.rows(), t.cols()), (145, 145));
+    assert!((t.at(3, 7)[0] - 0.3 * AngleBasis::from(KlemsBasis::Full).projected_solid_angle(7)).abs() < 1e-8);
 }
 
 /// Self-made files, all left-right asymmetric. Radiance quantises values to some 2e-7 and takes out

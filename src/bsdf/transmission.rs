@@ -1,6 +1,8 @@
 //! The transmission matrix T of the matrix methods.
 
+use super::resample::to_klems;
 use super::{Block, Bsdf, Component, KlemsMatrix, projected_solid_angles};
+use crate::bins::{AngleBasis, KlemsBasis};
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;
 
@@ -38,12 +40,14 @@ pub fn transmission_source(bsdf: &Bsdf) -> Result<TransmissionSource> {
 /// Transmission Back by reciprocity; negative values count as 0. Not followed: dctimestep's
 /// perturbation of Lambertian parts (3e-4 relative) and its dropping of components below 0.1 %.
 ///
+/// A tensor tree, which `dctimestep` refuses, is averaged over the bins of the Klems full basis.
+///
 /// # Errors
-/// If there is no visible transmission, or it is not a matrix.
+/// If there is no visible transmission, or colours of different bases.
 pub fn transmission_matrix(bsdf: &Bsdf) -> Result<Matrix<f64>> {
     let source = transmission_source(bsdf)?;
-    let y = directed(&bsdf.visible, source)?.expect("the source was found in this band");
-    let coloured = directed(&bsdf.cie_x, source)?.zip(directed(&bsdf.cie_z, source)?);
+    let y = directed(&bsdf.visible, source).expect("the source was found in this band");
+    let coloured = directed(&bsdf.cie_x, source).zip(directed(&bsdf.cie_z, source));
     let (n_in, n_out) = (y.incident().len(), y.outgoing().len());
     let lambda = projected_solid_angles(y.incident());
     let value = |m: &KlemsMatrix, k: usize| m.values()[k].max(0.0) * lambda[k % n_in];
@@ -61,19 +65,17 @@ pub fn transmission_matrix(bsdf: &Bsdf) -> Result<Matrix<f64>> {
     Matrix::from_data(n_out, n_in, 3, data.collect())
 }
 
-fn directed(blocks: &super::Blocks, source: TransmissionSource) -> Result<Option<KlemsMatrix>> {
+fn directed(blocks: &super::Blocks, source: TransmissionSource) -> Option<KlemsMatrix> {
     let component = match source {
         TransmissionSource::Front => Component::TransmissionFront,
         TransmissionSource::BackReversed => Component::TransmissionBack,
     };
-    match blocks.get(component) {
-        None => Ok(None),
-        Some(Block::Klems(m)) if source == TransmissionSource::Front => Ok(Some(m.clone())),
-        Some(Block::Klems(m)) => Ok(Some(m.reversed())),
-        Some(Block::Tree(_)) => Err(Error::new("the BSDF is a tensor tree; a transmission matrix needs a Klems basis")
-            .field(component.xml_name())
-            .help("convert it first: lucarne bsdf convert FILE.xml --to klems:full -o KLEMS.xml")),
-    }
+    let full = AngleBasis::from(KlemsBasis::Full);
+    let matrix = blocks.get(component).map(|block| match block {
+        Block::Klems(m) => m.clone(),
+        Block::Tree(_) => to_klems(block, &full, &full),
+    });
+    matrix.map(|m| if source == TransmissionSource::Front { m } else { m.reversed() })
 }
 
 /// CIE XYZ to RGB of Radiance's primaries: red (.640 .330), green (.290 .600), blue (.150 .060),

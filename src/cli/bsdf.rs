@@ -1,9 +1,15 @@
-//! `lucarne bsdf …`: one function per verb.
+//! `lucarne bsdf …`: chooses the verb; each verb has its own module.
+
+mod check;
+mod convert;
+mod diff;
+mod info;
+mod interpolate;
+mod isotropic;
 
 use clap::Subcommand;
-use lucarne::bsdf::{self, Blocks, Bsdf, TransmissionSource};
-use lucarne::{Result, Warnings};
-use std::path::PathBuf;
+use lucarne::bins::{AngleBasis, KlemsBasis};
+use lucarne::{Error, Result, Warnings};
 use std::process::ExitCode;
 
 /// Arguments of `lucarne bsdf`.
@@ -15,73 +21,38 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// What a BSDF file holds: basis, blocks, transmittance and reflectance of either side.
-    #[command(after_help = "Example:\n  lucarne bsdf info clear.xml")]
-    Info {
-        /// XML file of WINDOW, genBSDF or wrapBSDF.
-        file: PathBuf,
-    },
+    Info(info::Args),
+    Check(check::Args),
+    Isotropic(isotropic::Args),
+    Interpolate(interpolate::Args),
+    Convert(convert::Args),
+    Diff(diff::Args),
 }
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     match args.verb {
-        Verb::Info { file } => {
-            let bsdf = bsdf::read(&file, warnings)?;
-            print!("{}", describe(&bsdf));
-            Ok(ExitCode::SUCCESS)
-        }
+        Verb::Info(args) => info::run(&args, warnings),
+        Verb::Check(args) => check::run(&args, warnings),
+        Verb::Isotropic(args) => isotropic::run(&args, warnings),
+        Verb::Interpolate(args) => interpolate::run(&args, warnings),
+        Verb::Convert(args) => convert::run(&args, warnings),
+        Verb::Diff(args) => diff::run(&args, warnings),
     }
 }
 
-/// The text of `lucarne bsdf info`.
-fn describe(bsdf: &Bsdf) -> String {
-    let or_none = |s: &str| if s.is_empty() { "(none)".to_string() } else { s.to_string() };
-    let mut text = format!("name          {}\nmanufacturer  {}\n", or_none(&bsdf.name), or_none(&bsdf.manufacturer));
-    if !bsdf.device_type.is_empty() {
-        text += &format!("device type   {}\n", bsdf.device_type);
-    }
-    for (what, length) in [("thickness", bsdf.thickness), ("width", bsdf.width), ("height", bsdf.height)] {
-        if let Some(metres) = length {
-            text += &format!("{what:<13} {} mm\n", (metres * 1e6).round() / 1e3);
-        }
-    }
-    if let Some(geometry) = &bsdf.geometry {
-        text += &format!("geometry      {} ({} bytes)\n", geometry.format, geometry.text.len());
-    }
-    let bands = [
-        ("Visible", &bsdf.visible),
-        ("Solar", &bsdf.solar),
-        ("CIE-X", &bsdf.cie_x),
-        ("CIE-Z", &bsdf.cie_z),
-        ("CIE-u", &bsdf.cie_u),
-        ("CIE-v", &bsdf.cie_v),
-    ];
-    for (name, blocks) in bands.into_iter().filter(|(_, blocks)| !blocks.is_empty()) {
-        text += &describe_band(name, blocks);
-    }
-    if !bsdf.skipped.is_empty() {
-        text += &format!("not read      {}\n", bsdf.skipped.join(", "));
-    }
-    text += "\nFront is WINDOW's: light from the outside; Radiance calls the room side front.\n";
-    text += &match bsdf::transmission_source(bsdf) {
-        Ok(TransmissionSource::Front) => "A simulation uses Visible / Transmission Front.\n".to_string(),
-        Ok(TransmissionSource::BackReversed) => {
-            "A simulation uses Visible / Transmission Back, reversed by reciprocity, because Front is missing.\n".to_string()
-        }
-        Err(e) => format!("A simulation cannot use this file: {}.\n", e.message()),
+/// The command that made a file, for its comment.
+fn made_by() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    format!("Created by: lucarne {}", arguments.join(" "))
+}
+
+/// `full`, `half` or `quarter`.
+fn klems_basis(name: &str) -> Result<AngleBasis> {
+    let basis = match name.to_ascii_lowercase().as_str() {
+        "full" => KlemsBasis::Full,
+        "half" => KlemsBasis::Half,
+        "quarter" => KlemsBasis::Quarter,
+        _ => return Err(Error::new(format!("unknown Klems basis '{name}'")).help("full, half and quarter are known")),
     };
-    text
-}
-
-fn describe_band(name: &str, blocks: &Blocks) -> String {
-    let angles = [0.0, 20.0, 40.0, 60.0];
-    let mut text = format!("\n{name:<19} hemispherical   direct-hemispherical at 0, 20, 40, 60 degrees (mean over azimuth)\n");
-    for (component, block) in blocks.iter() {
-        text += &format!("{:<19} {:>13.4}  ", component.xml_name(), block.hemispherical());
-        for angle in angles {
-            text += &format!(" {:>7.4}", block.direct_hemispherical_at(angle));
-        }
-        text += &format!("   {}\n", block.describe());
-    }
-    text
+    Ok(basis.into())
 }

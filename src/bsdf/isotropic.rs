@@ -1,0 +1,441 @@
+//! BSDF of isotropic materials (glass, films, diffusing panes) from measured direct and diffuse
+//! values over the angle of incidence, as Radiance's `iso2klems` makes it.
+//!
+//! The specular part of a bin lies on the diagonal: f = Ts/Λ. The diffuse part is separable,
+//! f = Td(θᵢ) Td(θₒ) / (π Thh) with the hemispherical value Thh, so that it is reciprocal and its
+//! direct-hemispherical value is Td(θᵢ) exactly. Every ring receives the mean of the table over
+//! the ring, weighted by projected solid angle, so that hemispherical values are those of the table.
+
+use super::{Block, Blocks, KlemsMatrix, projected_solid_angles};
+use crate::bins::AngleBasis;
+use crate::error::{Error, Result, Warnings};
+use std::f64::consts::PI;
+
+/// Specular and diffuse transmittance and reflectance at one angle of incidence.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// Angle of incidence, degrees from the normal, 0…90.
+    pub theta: f64,
+    /// Direct-direct transmittance.
+    pub specular_transmittance: f64,
+    /// Direct-hemispherical transmittance of the scattered part.
+    pub diffuse_transmittance: f64,
+    /// Mirror reflectance.
+    pub specular_reflectance: f64,
+    /// Direct-hemispherical reflectance of the scattered part.
+    pub diffuse_reflectance: f64,
+}
+
+impl Sample {
+    fn values(&self) -> [f64; 4] {
+        [self.specular_transmittance, self.diffuse_transmittance, self.specular_reflectance, self.diffuse_reflectance]
+    }
+}
+
+/// Values over the angle of incidence for light from either side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AngularTable {
+    front: Vec<Sample>,
+    back: Vec<Sample>,
+}
+
+impl AngularTable {
+    /// A table from samples of light from the outside (front) and from the room (back), by
+    /// ascending angle. An empty back means that both sides are alike.
+    ///
+    /// # Errors
+    /// Values outside 0…1 or that sum to more than 1; angles that do not ascend within 0…90° or
+    /// leave out more than the last 30°. Missing ends are completed, with a warning: flat to 0°;
+    /// nothing transmitted and all reflected at 90°.
+    pub fn new(front: Vec<Sample>, back: Vec<Sample>, warnings: &mut Warnings) -> Result<Self> {
+        let front = completed(front, "front", warnings)?;
+        let back = if back.is_empty() { front.clone() } else { completed(back, "back", warnings)? };
+        Ok(Self { front, back })
+    }
+
+    /// Reads a text table: lines of `θ Ts Td Rs Rd`, angles 0…90° for light from the outside and,
+    /// if present, 90…180° for light from the room (180° is the normal). `#` starts a comment.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), with the line.
+    pub fn parse(text: &str, warnings: &mut Warnings) -> Result<Self> {
+        let (mut front, mut back) = (Vec::new(), Vec::new());
+        for (number, line) in text.lines().enumerate() {
+            let number = number + 1;
+            let line = line.split('#').next().unwrap_or_default();
+            let words: Vec<&str> = line.split([' ', '\t', ',', ';']).filter(|w| !w.trim().is_empty()).collect();
+            if words.is_empty() {
+                continue;
+            }
+            let parsed: Option<Vec<f64>> = words.iter().map(|w| w.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+            let Some(values) = parsed.filter(|v| v.len() == 5) else {
+                return Err(Error::new(format!("'{}' is not a row of five numbers", line.trim()))
+                    .line(number)
+                    .help("rows are: angle of incidence in degrees, Ts, Td, Rs, Rd (specular and diffuse transmittance and reflectance)"));
+            };
+            let [theta, ts, td, rs, rd] = values[..] else { unreachable!("five values") };
+            let sample = |theta| Sample {
+                theta,
+                specular_transmittance: ts,
+                diffuse_transmittance: td,
+                specular_reflectance: rs,
+                diffuse_reflectance: rd,
+            };
+            check(&sample(theta)).map_err(|e| e.line(number))?;
+            if !(0.0..=180.0).contains(&theta) {
+                return Err(Error::new(format!("an angle of {theta}° is outside 0…180°")).line(number));
+            }
+            if theta <= 90.0 {
+                front.push(sample(theta));
+            }
+            if theta >= 90.0 {
+                back.push(sample(180.0 - theta));
+            }
+        }
+        if back.len() < 2 {
+            back.clear();
+        }
+        back.reverse();
+        Self::new(front, back, warnings)
+    }
+
+    /// A table from values at normal incidence by the angular model of Roos et al. 2001 (Solar
+    /// Energy 69 suppl. 6, "Angular-dependent optical properties of low-e and solar control
+    /// windows"): τ(θ) = τ₀ (1 − a zᵅ − b zᵝ − c zᵞ), z = θ/90°, a = 8, b = 0.25/q, c = 1 − a − b,
+    /// α = 5.2 + 0.7 q, β = 2, γ = (5.26 + 0.06 p) + (0.73 + 0.04 p) q, with p panes and the
+    /// category q (1…10; 4 for uncoated glass).
+    ///
+    /// The model says nothing about reflection. Here the absorptance falls like the transmittance,
+    /// A(θ) = A₀ τ(θ)/τ₀, the diffuse reflectance too, and mirror reflection takes the rest.
+    ///
+    /// # Errors
+    /// Impossible values, p < 1, q outside 1…10.
+    pub fn roos(front: Sample, back: Sample, panes: u32, category: f64, warnings: &mut Warnings) -> Result<Self> {
+        if panes < 1 || !(1.0..=10.0).contains(&category) {
+            return Err(Error::new(format!("the Roos model needs p ≥ 1 and 1 ≤ q ≤ 10, not p = {panes}, q = {category}"))
+                .help("p is the number of panes; q is 4 for clear glass, lower or higher for coated glass"));
+        }
+        let side = |normal: Sample| {
+            check(&normal)?;
+            let [ts, td, rs, rd] = normal.values();
+            Ok((0..=90)
+                .map(|degrees| {
+                    let share = roos_share(f64::from(degrees), panes, category);
+                    let absorbed = (1.0 - ts - td - rs - rd) * share;
+                    let [ts, td, rd] = [ts, td, rd].map(|v| v * share);
+                    Sample {
+                        theta: f64::from(degrees),
+                        specular_transmittance: ts,
+                        diffuse_transmittance: td,
+                        specular_reflectance: (1.0 - absorbed - ts - td - rd).max(0.0),
+                        diffuse_reflectance: rd,
+                    }
+                })
+                .collect::<Vec<_>>())
+        };
+        Self::new(side(front)?, side(back)?, warnings)
+    }
+
+    /// The four scattering blocks over a basis.
+    ///
+    /// Warns if front and back transmittance contradict reciprocity.
+    pub fn to_blocks(&self, basis: &AngleBasis, warnings: &mut Warnings) -> Blocks {
+        let front = RingMeans::new(&self.front, basis);
+        let back = RingMeans::new(&self.back, basis);
+        let hemispherical = [&front, &back].map(|side| side.hemispherical(1));
+        if (hemispherical[0] - hemispherical[1]).abs() > 1e-3 * hemispherical[0].max(hemispherical[1]) {
+            warnings.push(
+                Error::new(format!(
+                    "diffuse transmittance is {:.4} from the front and {:.4} from the back; the two must be equal by reciprocity",
+                    hemispherical[0], hemispherical[1]
+                ))
+                .help("each side keeps its own values; have the sample measured again"),
+            );
+        }
+        if (0..basis.rings().len()).any(|ring| (front.means[ring][0] - back.means[ring][0]).abs() > 1e-3) {
+            warnings.push(
+                Error::new("direct transmittance differs between front and back; the two must be equal by reciprocity")
+                    .help("each side keeps its own values; have the sample measured again"),
+            );
+        }
+        Blocks {
+            transmission_front: Some(Block::Klems(matrix(basis, &front, &back, 0))),
+            transmission_back: Some(Block::Klems(matrix(basis, &back, &front, 0))),
+            reflection_front: Some(Block::Klems(matrix(basis, &front, &front, 2))),
+            reflection_back: Some(Block::Klems(matrix(basis, &back, &back, 2))),
+        }
+    }
+}
+
+/// τ(θ)/τ₀ of the Roos model.
+fn roos_share(theta: f64, panes: u32, q: f64) -> f64 {
+    let p = f64::from(panes);
+    let (a, b) = (8.0, 0.25 / q);
+    let c = 1.0 - a - b;
+    let (alpha, beta, gamma) = (5.2 + 0.7 * q, 2.0, (5.26 + 0.06 * p) + (0.73 + 0.04 * p) * q);
+    let z = theta / 90.0;
+    (1.0 - a * z.powf(alpha) - b * z.powf(beta) - c * z.powf(gamma)).clamp(0.0, 1.0)
+}
+
+fn check(sample: &Sample) -> Result<()> {
+    let values = sample.values();
+    let sum: f64 = values.iter().sum();
+    if values.iter().any(|v| !(0.0..=1.0).contains(v)) {
+        return Err(Error::new(format!("at {}°: transmittance and reflectance must lie within 0…1", sample.theta)));
+    }
+    if sum > 1.0 + 1e-6 {
+        return Err(Error::new(format!("at {}°: transmittance and reflectance sum to {sum:.4}, more than 1", sample.theta)));
+    }
+    Ok(())
+}
+
+fn completed(mut samples: Vec<Sample>, side: &str, warnings: &mut Warnings) -> Result<Vec<Sample>> {
+    samples.iter().try_for_each(check)?;
+    if samples.windows(2).any(|w| w[0].theta >= w[1].theta) || samples.iter().any(|s| !(0.0..=90.0).contains(&s.theta)) {
+        return Err(Error::new(format!("the angles of the {side} side do not ascend within 0…90° from the normal")));
+    }
+    let (Some(first), Some(last)) = (samples.first().copied(), samples.last().copied()) else {
+        return Err(Error::new(format!("the table has no row for light from the {side}")));
+    };
+    if first.theta > 0.0 {
+        if first.theta > 30.0 {
+            return Err(Error::new(format!("the {side} side starts at {}°", first.theta)).help("give values for normal incidence (0°)"));
+        }
+        warnings.push(Error::new(format!("the {side} side starts at {}°; its values are used from 0° on", first.theta)));
+        samples.insert(0, Sample { theta: 0.0, ..first });
+    }
+    if last.theta < 90.0 {
+        if last.theta < 60.0 {
+            return Err(Error::new(format!("the {side} side ends at {}°", last.theta)).help("give values up to 60° at least"));
+        }
+        warnings.push(Error::new(format!("the {side} side ends at {}°; at 90° all light is taken as mirrored", last.theta)));
+        samples.push(Sample { theta: 90.0, specular_reflectance: 1.0, ..Sample::default() });
+    }
+    Ok(samples)
+}
+
+/// Means of the four columns of a table over the rings of a basis.
+struct RingMeans {
+    means: Vec<[f64; 4]>,
+    shares: Vec<f64>,
+}
+
+impl RingMeans {
+    fn new(samples: &[Sample], basis: &AngleBasis) -> Self {
+        const STEPS: usize = 1024;
+        let curves: [Curve; 4] = std::array::from_fn(|k| Curve::new(samples, k));
+        let sin2 = |deg: f64| if deg >= 90.0 { 1.0 } else { deg.to_radians().sin().powi(2) };
+        let mean = |ring: &crate::bins::Ring| {
+            let theta = |step: usize| ring.theta_min + (ring.theta_max - ring.theta_min) * (step as f64 + 0.5) / STEPS as f64;
+            let weight = |step: usize| (2.0 * theta(step).to_radians()).sin();
+            let total: f64 = (0..STEPS).map(weight).sum();
+            std::array::from_fn(|k| (0..STEPS).map(|s| curves[k].at(theta(s)) * weight(s)).sum::<f64>() / total)
+        };
+        let rings = basis.rings();
+        Self { means: rings.iter().map(mean).collect(), shares: rings.iter().map(|r| sin2(r.theta_max) - sin2(r.theta_min)).collect() }
+    }
+
+    fn hemispherical(&self, column: usize) -> f64 {
+        self.means.iter().zip(&self.shares).map(|(m, s)| m[column] * s).sum()
+    }
+}
+
+/// Specular column `column` on the diagonal, and the separable diffuse column after it: light comes
+/// to the side of `incident` and goes as if it came backwards to the side of `leaving`.
+fn matrix(basis: &AngleBasis, incident: &RingMeans, leaving: &RingMeans, column: usize) -> KlemsMatrix {
+    let lambda = projected_solid_angles(basis);
+    let ring_of: Vec<usize> = (0..basis.len()).map(|b| basis.rings().iter().rposition(|r| r.first <= b).unwrap_or(0)).collect();
+    let hemispherical = leaving.hemispherical(column + 1);
+    KlemsMatrix::from_fn(basis, |o, i| {
+        let scattered = if hemispherical > 0.0 {
+            incident.means[ring_of[i]][column + 1] * leaving.means[ring_of[o]][column + 1] / (PI * hemispherical)
+        } else {
+            // Nothing is known of how it leaves: Lambertian.
+            incident.means[ring_of[i]][column + 1] / PI
+        };
+        scattered + if o == i { incident.means[ring_of[i]][column] / lambda[i] } else { 0.0 }
+    })
+}
+
+/// Monotone cubic through the samples of one column (Fritsch and Carlson 1980), level at normal
+/// incidence because the properties are even functions of the angle.
+struct Curve {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl Curve {
+    fn new(samples: &[Sample], column: usize) -> Self {
+        let x: Vec<f64> = samples.iter().map(|s| s.theta).collect();
+        let y: Vec<f64> = samples.iter().map(|s| s.values()[column]).collect();
+        let n = x.len();
+        let secant: Vec<f64> = (1..n).map(|i| (y[i] - y[i - 1]) / (x[i] - x[i - 1])).collect();
+        let mut slope = vec![0.0; n];
+        for i in 1..n.saturating_sub(1) {
+            let (a, b) = (secant[i - 1], secant[i]);
+            // The weighted harmonic mean never overshoots.
+            if a * b > 0.0 {
+                let (left, right) = (x[i] - x[i - 1], x[i + 1] - x[i]);
+                let (w1, w2) = (2.0 * right + left, right + 2.0 * left);
+                slope[i] = (w1 + w2) / (w1 / a + w2 / b);
+            }
+        }
+        if n >= 2 {
+            slope[n - 1] = secant[n - 2];
+        }
+        Self { x, y, slope }
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let Some(i) = self.x.iter().rposition(|v| *v <= x) else { return self.y[0] };
+        if i + 1 >= self.x.len() {
+            return self.y[i];
+        }
+        let width = self.x[i + 1] - self.x[i];
+        let t = (x - self.x[i]) / width;
+        let (t2, t3) = (t * t, t * t * t);
+        (2.0 * t3 - 3.0 * t2 + 1.0) * self.y[i]
+            + (t3 - 2.0 * t2 + t) * width * self.slope[i]
+            + (3.0 * t2 - 2.0 * t3) * self.y[i + 1]
+            + (t3 - t2) * width * self.slope[i + 1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bins::KlemsBasis;
+    use crate::bsdf::{Bsdf, Component, write};
+    use crate::matrix::file::read_matrix_from;
+    use crate::testing;
+
+    const TABLE: &str = "# θ Ts Td Rs Rd\n0 .50 .10 .05 .08\n30 .48 .10 .05 .08\n60 .35 .09 .10 .09\n85 .05 .03 .40 .10\n90 0 0 .6 .1\n\
+                         95 .05 .03 .40 .10\n120 .35 .09 .10 .09\n150 .48 .10 .05 .08\n180 .50 .10 .05 .08\n";
+
+    fn blocks(text: &str, basis: &AngleBasis) -> (Blocks, usize) {
+        let mut warnings = Warnings::new();
+        let blocks = AngularTable::parse(text, &mut warnings).unwrap().to_blocks(basis, &mut warnings);
+        (blocks, warnings.iter().count())
+    }
+
+    /// ∫ of one column over the hemisphere by a fine sum, apart from the code under test's rings.
+    fn integral(columns: &[usize], samples: &[Sample]) -> f64 {
+        let curves: Vec<Curve> = columns.iter().map(|k| Curve::new(samples, *k)).collect();
+        let n = 200_000;
+        (0..n)
+            .map(|k| {
+                let theta = (k as f64 + 0.5) / n as f64 * 90.0;
+                curves.iter().map(|c| c.at(theta)).sum::<f64>() * (2.0 * theta.to_radians()).sin() * PI / 2.0 / n as f64
+            })
+            .sum()
+    }
+
+    #[test]
+    fn hemispherical_values_are_those_of_the_table_and_the_specular_part_is_on_the_diagonal() {
+        let table = AngularTable::parse(TABLE, &mut Warnings::new()).unwrap();
+        for basis in KlemsBasis::ALL.map(AngleBasis::from) {
+            let (blocks, warned) = blocks(TABLE, &basis);
+            assert_eq!(warned, 0);
+            for (component, columns) in [(Component::TransmissionFront, [0, 1]), (Component::ReflectionBack, [2, 3])] {
+                let block = blocks.get(component).unwrap();
+                let wanted = integral(&columns, &table.front);
+                assert!((block.hemispherical() - wanted).abs() < 1e-6, "{component:?}: {} {wanted}", block.hemispherical());
+                let m = block.as_klems().unwrap();
+                let lambda = projected_solid_angles(&basis);
+                // Off the diagonal there is only the separable part; the cap has no opposite bin.
+                let diffuse = |i: usize| {
+                    if i > 0 { m.at(basis.opposite(i), i) } else { m.at(0, 1) * m.at(1, 0) / m.at(basis.opposite(1), 1) }
+                };
+                let specular: f64 = (0..basis.len()).map(|i| (m.at(i, i) - diffuse(i)) * lambda[i] * lambda[i]).sum::<f64>() / PI;
+                let own = if component.is_transmission() { 0 } else { 2 };
+                assert!((specular - integral(&[own], &table.front)).abs() < 1e-6);
+            }
+            let t = blocks.transmission_front.as_ref().unwrap();
+            // The mean over the cap of 5 to 9° instead of the value at 0°.
+            assert!((t.direct_hemispherical_at(0.0) - 0.6).abs() < 2e-3, "{}", t.direct_hemispherical_at(0.0));
+        }
+    }
+
+    #[test]
+    fn both_sides_are_reciprocal_and_no_energy_is_made() {
+        let basis = AngleBasis::from(KlemsBasis::Full);
+        // Different reflectance on the two sides.
+        let asymmetric = TABLE.replace("150 .48 .10 .05 .08", "150 .48 .10 .25 .02").replace("180 .50 .10 .05 .08", "180 .50 .10 .25 .02");
+        let (blocks, _) = blocks(&asymmetric, &basis);
+        let matrix = |c| blocks.get(c).unwrap().as_klems().unwrap();
+        for (c, d) in [(Component::TransmissionFront, Component::TransmissionBack), (Component::ReflectionBack, Component::ReflectionBack)]
+        {
+            let reversed = matrix(d).reversed();
+            for (a, b) in matrix(c).values().iter().zip(reversed.values()) {
+                assert!((a - b).abs() < 1e-9 * b.abs().max(1.0));
+            }
+        }
+        for i in 0..basis.len() {
+            for (t, r) in
+                [(Component::TransmissionFront, Component::ReflectionFront), (Component::TransmissionBack, Component::ReflectionBack)]
+            {
+                assert!(matrix(t).direct_hemispherical(i) + matrix(r).direct_hemispherical(i) <= 1.0);
+            }
+        }
+        assert!(matrix(Component::ReflectionBack).hemispherical() > matrix(Component::ReflectionFront).hemispherical() + 0.02);
+    }
+
+    #[test]
+    fn contradictions_are_warned_about_and_impossible_tables_refused() {
+        let basis = AngleBasis::from(KlemsBasis::Quarter);
+        assert_eq!(blocks(&TABLE.replace("150 .48 .10", "150 .48 .02"), &basis).1, 1);
+        assert_eq!(blocks(&TABLE.replace("150 .48 .10", "150 .28 .10"), &basis).1, 1);
+        assert_eq!(blocks("5 .5 .1 .05 .05\n60 .4 .1 .1 .1\n", &basis).1, 2);
+        let fails = |text: &str| AngularTable::parse(text, &mut Warnings::new()).unwrap_err().to_string();
+        assert!(fails("0 .5 .1 .05").contains("line 1"));
+        assert!(fails("0 .5 .1 .05 x").contains("five numbers"));
+        assert!(fails("0 .5 .1 .05 nan").contains("five numbers"));
+        assert!(fails("0 .5 .1 .5 .1\n90 0 0 1 0").contains("more than 1"));
+        assert!(fails("0 -.5 .1 .5 .1\n90 0 0 1 0").contains("within 0…1"));
+        assert!(fails("0 .5 .1 .1 .1\n20 .5 .1 .1 .1").contains("ends at 20"));
+        assert!(fails("0 .5 .1 .1 .1\n0 .5 .1 .1 .1").contains("do not ascend"));
+        assert!(fails("190 .5 .1 .1 .1").contains("outside"));
+        assert!(fails("# nothing").contains("no row"));
+    }
+
+    #[test]
+    fn the_roos_model_has_its_published_shape() {
+        // Clear double glazing, p = 2, q = 4: from the formula, z = 2/3 at 60°.
+        let z: f64 = 2.0 / 3.0;
+        let wanted = 1.0 - 8.0 * z.powf(8.0) - 0.0625 * z.powi(2) + 7.0625 * z.powf(5.38 + 0.81 * 4.0);
+        assert!((roos_share(60.0, 2, 4.0) - wanted).abs() < 1e-12);
+        assert!((0.80..0.95).contains(&wanted), "{wanted}");
+        assert_eq!((roos_share(0.0, 2, 4.0), roos_share(90.0, 2, 4.0).abs() < 1e-12), (1.0, true));
+        let normal = Sample {
+            theta: 0.0,
+            specular_transmittance: 0.6,
+            diffuse_transmittance: 0.1,
+            specular_reflectance: 0.1,
+            diffuse_reflectance: 0.05,
+        };
+        let table = AngularTable::roos(normal, normal, 2, 4.0, &mut Warnings::new()).unwrap();
+        let grazing = table.front.last().unwrap();
+        assert!((grazing.specular_reflectance - 1.0).abs() < 1e-9 && grazing.specular_transmittance < 1e-9);
+        assert!((table.front[0].specular_reflectance - 0.1).abs() < 1e-12);
+        assert!(AngularTable::roos(normal, normal, 0, 4.0, &mut Warnings::new()).is_err());
+        assert!(AngularTable::roos(normal, normal, 1, f64::NAN, &mut Warnings::new()).is_err());
+    }
+
+    #[test]
+    fn radiance_finds_the_same_direct_hemispherical_values() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("iso.xml");
+        let full = AngleBasis::from(KlemsBasis::Full);
+        let bsdf = Bsdf { visible: blocks(TABLE, &full).0, ..Bsdf::default() };
+        write(Some(&path), &bsdf, "").unwrap();
+        let Some(mut rmtxop) = testing::radiance("rmtxop") else { return };
+        let t = read_matrix_from::<f64>(testing::output(rmtxop.arg("-fd").arg(&path)).as_slice()).unwrap().matrix;
+        let lambda = projected_solid_angles(&full);
+        let ours = bsdf.visible.transmission_front.as_ref().unwrap().as_klems().unwrap();
+        for i in 0..145 {
+            let theirs: f64 = (0..145).map(|o| t.at(o, i)[0] * lambda[o]).sum::<f64>() / lambda[i];
+            assert!((theirs - ours.direct_hemispherical(i)).abs() < 1e-3, "bin {i}: {theirs} {}", ours.direct_hemispherical(i));
+        }
+    }
+}
