@@ -1,6 +1,7 @@
 //! `lucarne glare` against evalglare, run live, and on hostile input.
 
-use lucarne::image::{Picture, hdr};
+use lucarne::Warnings;
+use lucarne::image::{Picture, exr, hdr};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -430,6 +431,48 @@ fn detail_lists_the_sources_and_the_check_picture_shows_them() {
     assert!(task[2] > 2.0 * task[0]);
     assert!(is_grey(&coloured.pixels[10 * 200 + 100]));
     assert_eq!(ours(&check, &[]).sources, 3);
+}
+
+/// Float EXR, as the annual calculation writes it: the same glare; each part is a picture.
+#[test]
+fn exr_pictures_and_their_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let mut random = Random(4);
+    let pictures: Vec<Picture> = (0..3)
+        .map(|i| {
+            synthetic("random", 90, &mut random).write(&path(&format!("{i}.hdr")));
+            hdr::read(&path(&format!("{i}.hdr"))).unwrap()
+        })
+        .collect();
+    let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Luminance };
+    let parts = exr::Parts {
+        width: 90,
+        height: 90,
+        view: Some(FISHEYE.to_string()),
+        header: Vec::new(),
+        names: (0..3).map(|i| format!("hour_{i}")).collect(),
+    };
+    exr::write_parts(&path("year.exr"), &parts, options, &mut Warnings::new(), |put| pictures.iter().try_for_each(|p| put(&p.pixels)))
+        .unwrap();
+    let name = |n: &str| path(n).to_str().unwrap().to_string();
+    let rows = table(&lucarne(&[&name("year.exr"), &name("0.hdr"), &name("1.hdr"), &name("2.hdr")]));
+    assert_eq!(rows.len(), 6);
+    for i in 0..3 {
+        assert!(rows[i]["file"].ends_with(&format!("year.exr:hour_{i}")));
+        assert_eq!(rows[i]["sources"], rows[i + 3]["sources"]);
+        for column in ["dgp", "ugr", "ev_lux", "background_luminance"] {
+            let value = |row: usize| rows[row][column].parse::<f64>().unwrap();
+            assert!((value(i) / value(i + 3) - 1.0).abs() < 1e-5, "{column} {} {}", value(i), value(i + 3));
+        }
+    }
+    // Without a view in the file the options say it; a check picture may be EXR too.
+    let one = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
+    exr::write(&path("one.exr"), &Picture { view: None, ..pictures[0].clone() }, one, &mut Warnings::new()).unwrap();
+    let output = lucarne(&["-c", &name("check.exr"), "-vta", "-vh", "180", "-vv", "180", &name("one.exr")]);
+    assert_eq!(table(&output)[0]["sources"], rows[0]["sources"]);
+    assert_eq!(table(&lucarne(&[&name("check.exr")]))[0]["sources"], rows[0]["sources"]);
+    assert!(!lucarne(&[&name("one.exr")]).status.success());
 }
 
 #[test]

@@ -6,11 +6,12 @@ use lucarne::camera::{Raster, View};
 use lucarne::glare::{
     self, Analyser, Background, Convention, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, TaskArea, Threshold,
 };
-use lucarne::image::{self, Picture};
+use lucarne::image::{self, Picture, exr};
 use lucarne::{Error, Result, Warnings};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
@@ -19,7 +20,7 @@ use std::sync::{Arc, Mutex};
 #[derive(clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Args {
-    /// Pictures: .hdr (RGBE) or .exr, radiance in W/m²sr.
+    /// Pictures: .hdr (RGBE) or .exr (each part of it), radiance in W/m²sr.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
     /// After the pictures' lines, a second table with a line per source.
@@ -101,26 +102,62 @@ const HEADER: &str = "file,dgp,dgi,ugr,vcp,cgi,ugp,ev_lux,average_luminance,back
 /// First line of the table of sources.
 const SOURCE_HEADER: &str = "file,source,pixels,x,y,luminance,peak_luminance,solid_angle_sr,position_index,sigma_deg,tau_deg,illuminance_lux,contrast,direction_x,direction_y,direction_z,is_peak";
 
+/// One picture: a file, or one part of a file.
+struct Job {
+    path: PathBuf,
+    /// Number and name of the part, in a file of several.
+    part: Option<(usize, String)>,
+}
+
+impl Job {
+    /// The pictures of a file. A file that cannot be read is one, so that its fault shows later.
+    fn of_file(path: &Path) -> Vec<Self> {
+        let whole = || vec![Self { path: path.to_path_buf(), part: None }];
+        match exr::parts(path).ok().filter(|parts| image::is_exr(path) && parts.len() > 1) {
+            None => whole(),
+            Some(parts) => {
+                let name = |i: usize, name: Option<String>| name.unwrap_or_else(|| i.to_string());
+                let jobs = parts.into_iter().enumerate();
+                jobs.map(|(i, part)| Self { path: path.to_path_buf(), part: Some((i, name(i, part.name))) }).collect()
+            }
+        }
+    }
+
+    fn read(&self) -> Result<Picture> {
+        match &self.part {
+            None => image::read(&self.path),
+            Some((index, _)) => exr::read_part(&self.path, *index),
+        }
+    }
+
+    /// What tables and messages call it: `file`, or `file:part`.
+    fn name(&self) -> String {
+        let part = self.part.as_ref().map_or(String::new(), |(_, name)| format!(":{name}"));
+        format!("{}{part}", self.path.display())
+    }
+}
+
 /// Analyses pictures and prints the tables. Pictures at fault are reported; the others' results stay.
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let settings = settings(&args)?;
-    if args.check_picture.is_some() && args.images.len() > 1 {
+    let jobs: Vec<Job> = args.images.iter().flat_map(|path| Job::of_file(path)).collect();
+    if args.check_picture.is_some() && jobs.len() > 1 {
         return Err(Error::new("a check picture can be written of one picture only").field("-c").help("give one picture, or leave out -c"));
     }
     let views = Mutex::new(HashMap::new());
-    println!("{HEADER}");
+    print(&format!("{HEADER}\n"))?;
     let mut sources = String::new();
     let mut failed = 0;
     // A few pictures at a time bound the memory; results come in the order of the arguments.
-    for images in args.images.chunks(2 * rayon::current_num_threads()) {
-        let results: Vec<(Result<Glare>, Warnings)> = images
+    for some in jobs.chunks(2 * rayon::current_num_threads()) {
+        let results: Vec<(Result<Glare>, Warnings)> = some
             .par_iter()
-            .map(|path| {
+            .map(|job| {
                 let mut warnings = Warnings::new();
-                (analyse(path, &args, &settings, &views, &mut warnings).map_err(|e| e.file(path)), warnings)
+                (analyse(job, &args, &settings, &views, &mut warnings).map_err(|e| e.file(job.name())), warnings)
             })
             .collect();
-        for (path, (result, noted)) in images.iter().zip(results) {
+        for (job, (result, noted)) in some.iter().zip(results) {
             noted.iter().for_each(|w| warnings.push(w.clone()));
             match result {
                 Ok(glare) => {
@@ -130,10 +167,11 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
                                 .help("judge such scenes by contrast measures, or add -C l+"),
                         );
                     }
-                    println!("{}", picture_line(path, &glare));
-                    source_lines(path, &glare, &settings, &mut sources);
+                    let name = quoted(&job.name());
+                    print(&picture_line(&name, &glare))?;
+                    source_lines(&name, &glare, &settings, &mut sources);
                 }
-                Err(error) if args.images.len() == 1 => return Err(error),
+                Err(error) if jobs.len() == 1 => return Err(error),
                 Err(error) => {
                     failed += 1;
                     eprintln!("lucarne: error: {error}");
@@ -142,12 +180,25 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         }
     }
     if args.detail {
-        print!("\n{SOURCE_HEADER}\n{sources}");
+        print(&format!("\n{SOURCE_HEADER}\n{sources}"))?;
     }
     if failed > 0 {
-        return Err(Error::new(format!("{failed} of {} pictures could not be analysed", args.images.len())));
+        return Err(Error::new(format!("{failed} of {} pictures could not be analysed", jobs.len())));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes to standard output, which may be closed.
+fn print(text: &str) -> Result<()> {
+    std::io::stdout().write_all(text.as_bytes()).map_err(|e| Error::io("standard output", &e))
+}
+
+fn write(path: &Path, picture: &Picture, warnings: &mut Warnings) -> Result<()> {
+    if image::is_exr(path) {
+        let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
+        return exr::write(path, picture, options, warnings);
+    }
+    image::hdr::write(path, picture)
 }
 
 fn settings(args: &Args) -> Result<Settings> {
@@ -187,8 +238,8 @@ fn settings(args: &Args) -> Result<Settings> {
 /// Analysers by view, size and pixels; pictures of one series share theirs.
 type Views = Mutex<HashMap<(String, usize, usize), Arc<Analyser>>>;
 
-fn analyse(path: &Path, args: &Args, settings: &Settings, views: &Views, warnings: &mut Warnings) -> Result<Glare> {
-    let picture = image::hdr::read(path)?;
+fn analyse(job: &Job, args: &Args, settings: &Settings, views: &Views, warnings: &mut Warnings) -> Result<Glare> {
+    let picture = job.read()?;
     let view = args.view.view_of_picture(picture.view.as_deref())?;
     let key = (view.to_options(), picture.width, picture.height);
     let analyser = {
@@ -196,7 +247,7 @@ fn analyse(path: &Path, args: &Args, settings: &Settings, views: &Views, warning
         match views.get(&key) {
             Some(analyser) => analyser.clone(),
             None => {
-                let analyser = Arc::new(analyser(&view, &picture, settings, path, warnings)?);
+                let analyser = Arc::new(analyser(&view, &picture, settings, &job.name(), warnings)?);
                 views.insert(key, analyser.clone());
                 analyser
             }
@@ -204,7 +255,7 @@ fn analyse(path: &Path, args: &Args, settings: &Settings, views: &Views, warning
     };
     let mut faults = Warnings::new();
     let mut luminance = glare::detect::luminance(&picture.pixels, picture.width, &mut faults);
-    faults.iter().for_each(|w| warnings.push(w.clone().file(path)));
+    faults.iter().for_each(|w| warnings.push(w.clone().file(job.name())));
     if let Some(width) = args.peak_veil {
         glare::veil::spread_peaks(&mut luminance, analyser.geometry(), args.peak_limit, width)?;
     }
@@ -212,12 +263,12 @@ fn analyse(path: &Path, args: &Args, settings: &Settings, views: &Views, warning
     if let Some(check) = &args.check_picture {
         let mut coloured = glare::check::check_picture(&analyser, &luminance, &glare, args.coloured_task.is_some())?;
         coloured.view = Some(view.to_options());
-        image::hdr::write(check, &coloured)?;
+        write(check, &coloured, warnings)?;
     }
     Ok(glare)
 }
 
-fn analyser(view: &View, picture: &Picture, settings: &Settings, path: &Path, warnings: &mut Warnings) -> Result<Analyser> {
+fn analyser(view: &View, picture: &Picture, settings: &Settings, name: &str, warnings: &mut Warnings) -> Result<Analyser> {
     let camera = view.camera()?;
     let geometry = PixelGeometry::new(&Raster::new(camera, picture.width, picture.height)?)?;
     let squareness = picture.height as f64 / picture.width as f64 / camera.aspect();
@@ -227,7 +278,7 @@ fn analyser(view: &View, picture: &Picture, settings: &Settings, path: &Path, wa
                 "pixels are not square: {} × {} pixels for a view of {} by {} degrees",
                 picture.width, picture.height, view.horizontal, view.vertical
             ))
-            .file(path)
+            .file(name)
             .help("if the picture was cropped, say the angles that are left with -vh and -vv"),
         );
     }
@@ -238,7 +289,7 @@ fn analyser(view: &View, picture: &Picture, settings: &Settings, path: &Path, wa
                 "the view covers {:.1} % of the hemisphere (weighted by the cosine): vertical illuminance and DGP lack the rest",
                 100.0 * coverage
             ))
-            .file(path)
+            .file(name)
             .help("use a fisheye of 180°; if the picture is one, say so: `-vta -vh 180 -vv 180`; or give the illuminance with -i"),
         );
     }
@@ -249,27 +300,26 @@ fn analyser(view: &View, picture: &Picture, settings: &Settings, path: &Path, wa
                 settings.search_radius,
                 geometry.pixel_pitch()
             ))
-            .file(path)
+            .file(name)
             .help("use larger pictures or a larger -r; the radius is a full angle, pixels up to half of it apart are joined"),
         );
     }
     Analyser::new(Arc::new(geometry), settings.clone())
 }
 
-fn picture_line(path: &Path, glare: &Glare) -> String {
+fn picture_line(name: &str, glare: &Glare) -> String {
     let i = &glare.indices;
     let numbers =
         [i.dgp, i.dgi, i.ugr, i.vcp, i.cgi, i.ugp, glare.vertical_illuminance, glare.average_luminance, glare.background_luminance];
-    let mut line = quoted(path);
+    let mut line = name.to_string();
     for n in numbers {
         let _ = write!(line, ",{n:.6}");
     }
-    let _ = write!(line, ",{}", glare.sources.len());
+    let _ = writeln!(line, ",{}", glare.sources.len());
     line
 }
 
-fn source_lines(path: &Path, glare: &Glare, settings: &Settings, out: &mut String) {
-    let name = quoted(path);
+fn source_lines(name: &str, glare: &Glare, settings: &Settings, out: &mut String) {
     let contrast_of = |s: &glare::Source| settings.dgp.contrast_of((s.luminance, s.solid_angle, s.position_index));
     let whole: f64 = glare.sources.iter().map(contrast_of).sum();
     for (n, s) in glare.sources.iter().enumerate() {
@@ -296,7 +346,6 @@ fn source_lines(path: &Path, glare: &Glare, settings: &Settings, out: &mut Strin
 }
 
 /// A field of a CSV file.
-fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
 }

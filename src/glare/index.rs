@@ -182,7 +182,7 @@ pub(super) fn judge(
         vcp: vcp(&sources, totals.average_luminance),
         cgi: of_sources(8.0 * (2.0 * (1.0 + direct / 500.0) / ev * glare_sum).log10(), ev > 0.0),
         ugp: of_sources(0.26 * ugr_argument.log10(), ugr_argument > 0.0),
-        contrast: if sum > 0.0 && ev_of_dgp > 0.0 { sum / power(ev_of_dgp, settings.dgp.exponents[2]) } else { 0.0 },
+        contrast: if sum > 0.0 && ev_of_dgp > 0.0 { (sum / power(ev_of_dgp, settings.dgp.exponents[2])).min(f64::MAX) } else { 0.0 },
     };
     Glare {
         vertical_illuminance: ev,
