@@ -7,6 +7,7 @@ pub mod pictures;
 mod presets;
 pub mod project;
 mod results;
+mod rounds;
 mod run;
 mod store;
 mod summary;

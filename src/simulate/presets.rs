@@ -4,21 +4,32 @@ use super::project::{Preset, Project};
 use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::view_matrix::ViewOptions;
 
-/// Samples relative to `standard`: errors fall with the square root.
-fn effort(preset: Preset) -> f64 {
-    match preset {
-        Preset::Draft => 1.0 / 4.0,
-        Preset::Standard => 1.0,
-        Preset::Final => 16.0,
+/// How often a matrix is traced anew, with other random numbers, and averaged. Errors fall with
+/// the square root, memory stays what it was.
+pub fn rounds(project: &Project) -> u32 {
+    match project.quality.preset {
+        Preset::Draft | Preset::Standard => 1,
+        Preset::Final => 16,
     }
 }
 
+/// Samples of one round: the kernels' defaults, a quarter of them for a draft.
 fn samples(standard: u32, preset: Preset) -> u32 {
-    ((f64::from(standard) * effort(preset)).round() as u32).max(8)
+    match preset {
+        Preset::Draft => (standard / 4).max(1),
+        Preset::Standard | Preset::Final => standard,
+    }
+}
+
+/// A seed for each use: every window and every round has random numbers of its own, so that their
+/// errors are independent.
+fn seed(project: &Project, window: usize, round: u32) -> u32 {
+    // Weyl's sequence with the golden ratio: distinct for all small numbers.
+    project.quality.seed.wrapping_add((window as u32).wrapping_mul(0x9e37_79b9)).wrapping_add(round.wrapping_mul(0x85eb_ca6b))
 }
 
 /// Sampling of V.
-pub fn view_options(project: &Project) -> ViewOptions {
+pub fn view_options(project: &Project, round: u32) -> ViewOptions {
     let standard = ViewOptions::default();
     let preset = project.quality.preset;
     ViewOptions {
@@ -26,19 +37,18 @@ pub fn view_options(project: &Project) -> ViewOptions {
         light_paths: samples(standard.light_paths, preset),
         direct_samples: samples(standard.direct_samples, preset),
         near_samples: samples(standard.near_samples, preset),
-        seed: project.quality.seed,
+        seed: seed(project, 0, round),
         ..standard
     }
 }
 
-/// Sampling of D of the `index`-th window. Each window has random numbers of its own, so that the
-/// errors of several windows are independent.
-pub fn daylight_options(project: &Project, index: usize) -> DaylightOptions {
+/// Sampling of D of the `window`-th window.
+pub fn daylight_options(project: &Project, window: usize, round: u32) -> DaylightOptions {
     let standard = DaylightOptions::default();
     DaylightOptions {
         bounces: project.method.bounces,
         paths: samples(standard.paths, project.quality.preset),
-        seed: project.quality.seed.wrapping_add((index as u32).wrapping_mul(0x9e37_79b9)),
+        seed: seed(project, window, round),
         ..standard
     }
 }

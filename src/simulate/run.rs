@@ -2,14 +2,15 @@
 
 use super::fingerprint::Fingerprint;
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
-use super::presets::{daylight_options, view_options};
+use super::presets::{daylight_options, rounds, view_options};
 use super::project::Project;
 use super::results::{self, Sampled};
+use super::rounds::average;
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
-use crate::kernels::trace::{TraceStatistics, TracedMatrix};
+use crate::kernels::trace::TraceStatistics;
 use crate::kernels::{daylight_matrix, view_matrix};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
@@ -179,7 +180,7 @@ impl Run<'_> {
     fn view(&mut self) -> Result<WithError> {
         let clock = Instant::now();
         self.check_stop()?;
-        let options = view_options(self.project);
+        let rounds = rounds(self.project);
         let groups = &self.inputs.sensors;
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
@@ -187,14 +188,17 @@ impl Run<'_> {
         for window in &windows {
             inputs.add(&(&window.triangles, &window.frame, &window.basis));
         }
-        inputs.add(&sensors).add(&options);
+        inputs.add(&sensors).add(&view_options(self.project, 0)).add(&rounds);
         if let Some(kept) = self.kept_view(inputs) {
             for (group, part) in groups.iter().zip(split(&kept.total, groups)) {
                 self.note(&format!("V_{}", group.name), &part, true, clock);
             }
             return Ok(kept);
         }
-        let traced = view_matrix::compute(self.device, &self.inputs.scene, &windows, &sensors, &options, self.progress)?;
+        let traced = average(rounds, self.progress, |round, progress| {
+            let options = view_options(self.project, round);
+            view_matrix::compute(self.device, &self.inputs.scene, &windows, &sensors, &options, progress)
+        })?;
         self.count(traced.statistics, clock);
         self.check_light(&traced.total)?;
         let parts = [("", &traced.total), ("_direct", &traced.direct), ("_standard_error", &traced.standard_error)];
@@ -230,9 +234,9 @@ impl Run<'_> {
         let clock = Instant::now();
         self.check_stop()?;
         let sky = self.project.method.sky;
-        let options = daylight_options(self.project, index);
+        let rounds = rounds(self.project);
         let mut inputs = self.scene_fingerprint("D");
-        inputs.add(&(&window.window.triangles, &window.window.frame, &window.window.basis)).add(&sky).add(&options);
+        inputs.add(&(&window.window.triangles, &window.window.frame, &window.window.basis)).add(&sky).add(&daylight_options(self.project, index, 0)).add(&rounds);
         let name = format!("D_{}", window.name);
         let shape = (window.window.basis.len(), sky.len(), 3);
         let load = |suffix: &str| self.store.load(&format!("{name}{suffix}"), inputs, shape);
@@ -240,7 +244,10 @@ impl Run<'_> {
             self.note(&name, &total, true, clock);
             return Ok(WithError { total, standard_error });
         }
-        let traced: TracedMatrix = daylight_matrix::compute(self.device, &self.inputs.scene, &window.window, sky, &options, self.progress)?;
+        let traced = average(rounds, self.progress, |round, progress| {
+            let options = daylight_options(self.project, index, round);
+            daylight_matrix::compute(self.device, &self.inputs.scene, &window.window, sky, &options, progress)
+        })?;
         self.count(traced.statistics, clock);
         let about = "daylight matrix, rows the window's bins, columns patches";
         self.store.save(&format!("{name}_direct"), &traced.direct, inputs, about)?;
