@@ -281,12 +281,11 @@ fn bsdf_files_that_do_not_serve_are_named() {
     room.fails(&["window.rad:", "louvre.xml", "145 bins", "41", "h=kq"]);
     let room = Room::new();
     let whole = fs::read_to_string(room.path("louvre.xml")).unwrap();
-    for (part, what) in [(whole.len() / 2, "cut"), (10, "cut early")] {
+    for part in [whole.len() / 2, 10, 0] {
         room.write("louvre.xml", &whole[..part]);
         room.fails(&["louvre.xml"]);
-        assert!(!what.is_empty());
     }
-    room.write("louvre.xml", whole.replacen("Klems Quarter", "Klems Nonsense", 1));
+    room.write("louvre.xml", whole.replacen("<ColumnAngleBasis>LBNL/Klems Quarter", "<ColumnAngleBasis>LBNL/Klems Nonsense", 1));
     room.fails(&["louvre.xml", "Nonsense"]);
     room.write("louvre.xml", whole.replacen("<ScatteringData>\n", "<ScatteringData>\nNaN ", 1));
     room.fails(&["louvre.xml"]);
@@ -376,7 +375,7 @@ fn a_full_disk_is_reported() {
         .unwrap();
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(message.contains("lucarne: error: ") && message.contains("disk space"), "{message}");
+    assert!(message.contains("lucarne: error: ") && message.contains("space left"), "{message}");
 }
 
 #[test]
