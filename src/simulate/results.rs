@@ -3,6 +3,7 @@
 use super::inputs::{Inputs, SensorGroup};
 use super::store::{Store, software};
 use crate::error::{Error, Result};
+use crate::kernels::product::{Arrangement, Multiplier};
 use crate::matrix::Matrix;
 use crate::matrix::file::{Format, write_matrix};
 use crate::units::ILLUMINANCE_WEIGHTS;
@@ -36,6 +37,31 @@ pub fn multiply<A: Copy + Default + Into<f64> + Sync, B: Copy + Default + Into<f
         }
     });
     product
+}
+
+/// Illuminance in lux from daylight coefficients `[sensor][patch]` and S `[patch][hour]`, both RGB.
+///
+/// The three channels are added by their photometric weights anyway, so they are taken as three
+/// times as many terms of one sum: a third of the memory of an RGB product.
+///
+/// # Errors
+/// Failures of the multiplier's device.
+pub fn illuminance(multiplier: &dyn Multiplier, coefficients: Matrix<f64>, sky: &Matrix<f32>) -> Result<Matrix<f32>> {
+    let (sensors, patches, hours) = (coefficients.rows(), sky.rows(), sky.cols());
+    let weighted: Vec<f32> = coefficients.data().iter().enumerate().map(|(i, v)| (v * ILLUMINANCE_WEIGHTS[i % 3]) as f32).collect();
+    let mut channels = vec![0.0f32; 3 * patches * hours];
+    for patch in 0..patches {
+        for (hour, radiance) in sky.row(patch).chunks_exact(3).enumerate() {
+            for c in 0..3 {
+                channels[(3 * patch + c) * hours + hour] = radiance[c];
+            }
+        }
+    }
+    let left = multiplier.left(sensors, 3 * patches, 1, weighted.into())?;
+    let right = multiplier.right(3 * patches, hours, 1, channels.into())?;
+    let mut lux = Matrix::zeros(sensors, hours, 1);
+    multiplier.multiply(&left, &right, 0, hours, Arrangement::Rows, lux.data_mut())?;
+    Ok(lux)
 }
 
 /// T·D of all windows, one below the other: rows as V's columns, columns the sky's bins.
@@ -219,6 +245,19 @@ mod tests {
         let b = Matrix::<f32>::from_data(2, 1, 3, vec![5., 5., 5., 7., 7., 7.]).unwrap();
         let p: Matrix<f64> = multiply::<f64, f32>(&a, &b);
         assert_eq!(p.data(), [19., 190., 1900., 21., 210., 2100.]);
+    }
+
+    #[test]
+    fn illuminance_weighs_the_channels() {
+        let coefficients = Matrix::from_data(1, 2, 3, vec![1.0, 0.0, 0.0, 0.5, 2.0, 4.0]).unwrap();
+        let sky = Matrix::<f32>::from_data(2, 2, 3, vec![3., 5., 7., 0., 0., 0., 1., 10., 100., 0., 0., 2.]).unwrap();
+        let lux = illuminance(&crate::kernels::product::Native, coefficients, &sky).unwrap();
+        let [r, g, b] = ILLUMINANCE_WEIGHTS;
+        let wanted = [r * 3.0 + r * 0.5 + g * 20.0 + b * 400.0, b * 8.0];
+        assert_eq!((lux.rows(), lux.cols(), lux.components()), (1, 2, 1));
+        for (found, wanted) in lux.data().iter().zip(wanted) {
+            assert!((f64::from(*found) / wanted - 1.0).abs() < 1e-6, "{found} {wanted}");
+        }
     }
 
     #[test]

@@ -11,12 +11,11 @@ use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summa
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::trace::TraceStatistics;
-use crate::kernels::{daylight_matrix, view_matrix};
+use crate::kernels::{daylight_matrix, product, view_matrix};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
 use crate::sky::{SkyOptions, sky_matrix};
-use crate::units::ILLUMINANCE_WEIGHTS;
 use std::path::Path;
 use std::time::Instant;
 
@@ -58,6 +57,7 @@ pub fn run(
         statistics: TraceStatistics::default(),
         traced_seconds: 0.0,
         matrices: Vec::new(),
+        product: String::new(),
     };
     run.finish(start, warnings)
 }
@@ -72,6 +72,7 @@ struct Run<'a> {
     statistics: TraceStatistics,
     traced_seconds: f64,
     matrices: Vec<MatrixSummary>,
+    product: String,
 }
 
 /// A sampled matrix with its standard error.
@@ -104,8 +105,10 @@ impl Run<'_> {
         self.check_stop()?;
         self.progress.update("product", 0.0);
         let transmitted = results::transmitted_daylight(self.inputs, &daylight);
-        let coefficients = results::multiply(&view.total, &transmitted).map(|v| v as f32);
-        let lux = illuminance(&coefficients, &sky);
+        let coefficients = results::multiply(&view.total, &transmitted);
+        let multiplier = product::for_device(self.device)?;
+        let lux = results::illuminance(multiplier.as_ref(), coefficients, &sky)?;
+        self.product = multiplier.description();
         self.seconds.product = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
@@ -322,6 +325,7 @@ impl Run<'_> {
             hours: self.inputs.weather.records.len(),
             sensors,
             matrices: self.matrices.clone(),
+            product: self.product.clone(),
             seconds: self.seconds,
             paths: self.statistics.paths,
             rays,
@@ -345,11 +349,4 @@ fn split(matrix: &Matrix<f32>, groups: &[SensorGroup]) -> Vec<Matrix<f32>> {
             Matrix::from_data(rows, matrix.cols(), matrix.components(), data).expect("a slice of whole rows")
         })
         .collect()
-}
-
-/// Lux from coefficients (sensors × patches) and the sky matrix, summed in f64.
-fn illuminance(coefficients: &Matrix<f32>, sky: &Matrix<f32>) -> Matrix<f32> {
-    let rgb = results::multiply(coefficients, sky);
-    let lux = rgb.data().chunks_exact(3).map(|v| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * v[c]).sum::<f64>() as f32).collect();
-    Matrix::from_data(rgb.rows(), rgb.cols(), 1, lux).expect("one value per element")
 }

@@ -29,6 +29,8 @@ pub struct Summary {
     pub sensors: Vec<SensorSummary>,
     /// The matrices.
     pub matrices: Vec<MatrixSummary>,
+    /// What multiplied the matrices.
+    pub product: String,
     /// Seconds per stage.
     pub seconds: Seconds,
     /// Paths traced in this run.
