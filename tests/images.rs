@@ -49,7 +49,12 @@ fn falsecolor_takes_the_options_of_users_and_of_radiance() {
     for (a, b) in data[place * 3..][..3].iter().zip(expected) {
         assert!(a.abs_diff(b) <= 4, "{:?} {expected:?}", &data[place * 3..][..3]);
     }
-    for options in ["-ip img.hdr -cl -s auto -n 5", "-i img.hdr -p img.hdr -cb -log 2 -s 2000", "img.hdr -cp -pal def -l lx -m 179 -e", "img.hdr --no-legend --palette hot"] {
+    for options in [
+        "-ip img.hdr -cl -s auto -n 5",
+        "-i img.hdr -p img.hdr -cb -log 2 -s 2000",
+        "img.hdr -cp -pal def -l lx -m 179 -e",
+        "img.hdr --no-legend --palette hot",
+    ] {
         succeeds(folder.path(), &format!("falsecolor {options} -o other.png"));
         png(&at("other.png"));
     }

@@ -66,7 +66,9 @@ pub fn run(args: Args, _warnings: &mut Warnings) -> Result<ExitCode> {
     let maximum = match args.scale.as_str() {
         // Radiance takes any word that begins with an a.
         word if word.starts_with(['a', 'A']) => None,
-        word => Some(word.parse().map_err(|_| Error::new(format!("'{word}' is no number")).field("--scale").help("give a number or 'auto'"))?),
+        word => {
+            Some(word.parse().map_err(|_| Error::new(format!("'{word}' is no number")).field("--scale").help("give a number or 'auto'"))?)
+        }
     };
     let options = FalseColor {
         palette: Palette::from_name(&args.palette)?,

@@ -64,7 +64,12 @@ impl Coloring {
     /// If limits do not rise or names do not fit.
     pub fn classes(limits: &[f64], names: &[&str], palette: Palette) -> Result<Self> {
         if names.len() != limits.len() + 1 {
-            return Err(Error::new(format!("{} limits make {} classes, but there are {} names", limits.len(), limits.len() + 1, names.len())));
+            return Err(Error::new(format!(
+                "{} limits make {} classes, but there are {} names",
+                limits.len(),
+                limits.len() + 1,
+                names.len()
+            )));
         }
         if !limits.windows(2).all(|w| w[0] < w[1]) || limits.iter().any(|l| l.is_nan()) {
             return Err(Error::new(format!("limits of classes must rise: {limits:?}")));
@@ -95,7 +100,7 @@ impl Carpet<'_> {
     /// If the values are not whole days, or there are no classes.
     pub fn draw(&self) -> Result<Drawing> {
         let steps = self.steps_per_day;
-        if steps == 0 || self.values.is_empty() || self.values.len() % steps != 0 || self.values.len() / steps > 366 {
+        if steps == 0 || self.values.is_empty() || !self.values.len().is_multiple_of(steps) || self.values.len() / steps > 366 {
             return Err(Error::new(format!("{} values are not whole days of {steps} up to a year", self.values.len())));
         }
         if matches!(&self.coloring, Coloring::Classes(c) if c.is_empty()) {
@@ -243,7 +248,15 @@ mod tests {
     use super::*;
 
     fn carpet(values: &[f64], coloring: Coloring) -> Carpet<'_> {
-        Carpet { values, steps_per_day: 24, title: "Title".into(), label: "DGP".into(), coloring, missing: Some("night".into()), shares: true }
+        Carpet {
+            values,
+            steps_per_day: 24,
+            title: "Title".into(),
+            label: "DGP".into(),
+            coloring,
+            missing: Some("night".into()),
+            shares: true,
+        }
     }
 
     #[test]
@@ -260,8 +273,10 @@ mod tests {
         let scale = Scale::linear(0.0, 1.0).unwrap();
         let drawing = carpet(&values, Coloring::Continuous { palette: Palette::Gray, scale }).draw().unwrap();
         let canvas = drawing.canvas(1.0).unwrap();
-        let white: Vec<(usize, usize)> =
-            (0..canvas.height()).flat_map(|y| (60..780).map(move |x| (x, y))).filter(|&(x, y)| canvas.get(x, y) == [255; 3] && canvas.get(x - 3, y) == [0; 3]).collect();
+        let white: Vec<(usize, usize)> = (0..canvas.height())
+            .flat_map(|y| (60..780).map(move |x| (x, y)))
+            .filter(|&(x, y)| canvas.get(x, y) == [255; 3] && canvas.get(x - 3, y) == [0; 3])
+            .collect();
         let (left, top) = (18.0 + TEXT * 2.6, 18.0 + TEXT * 1.7);
         assert!(!white.is_empty());
         for (x, y) in white {
@@ -277,7 +292,17 @@ mod tests {
         assert_eq!(coloring.color(0.35), Palette::Viridis.color(1.0 / 3.0));
         assert_eq!(coloring.color(7.0), Palette::Viridis.color(1.0));
         assert_eq!(coloring.color(f64::NAN), NO_DATA);
-        let values: Vec<f64> = (0..48).map(|i| if i < 12 { f64::NAN } else if i < 30 { 0.1 } else { 0.42 }).collect();
+        let values: Vec<f64> = (0..48)
+            .map(|i| {
+                if i < 12 {
+                    f64::NAN
+                } else if i < 30 {
+                    0.1
+                } else {
+                    0.42
+                }
+            })
+            .collect();
         let plot = carpet(&values, coloring);
         let names: Vec<String> = plot.legend().list.classes.into_iter().map(|c| c.0).collect();
         assert_eq!(names, ["d  0.0 %", "c  50.0 %", "b  0.0 %", "a  50.0 %", "night"]);

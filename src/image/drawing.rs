@@ -139,7 +139,7 @@ impl Drawing {
                 }
                 Item::Text(text) => {
                     let [x, y] = text.start(font::width(&text.text, text.size));
-                    canvas.text(x * scale, y * scale, &text.text, text.size * scale, text.color, text.vertical, text.halo);
+                    canvas.text([x * scale, y * scale], &text.text, text.size * scale, text.color, text.vertical, text.halo);
                 }
                 Item::Image { rectangle, columns, pixels } => canvas.image(rectangle.map(|v| v * scale), *columns, pixels),
             }
@@ -182,7 +182,8 @@ impl Drawing {
                 Item::Image { rectangle: [x, y, width, height], columns, pixels } => {
                     let rows = pixels.len() / (*columns).max(1);
                     // Viewers that blur enlarged images find little left to enlarge.
-                    let repeat = |length: f64, count: usize| if length > count as f64 { (2.0 * length / count as f64).ceil() as usize } else { 1 };
+                    let repeat =
+                        |length: f64, count: usize| if length > count as f64 { (2.0 * length / count as f64).ceil() as usize } else { 1 };
                     let mut canvas = Canvas::new(columns * repeat(*width, *columns), rows * repeat(*height, rows))?;
                     canvas.image([0.0, 0.0, canvas.width() as f64, canvas.height() as f64], *columns, pixels);
                     svg.push_str(&format!(

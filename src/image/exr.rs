@@ -192,12 +192,8 @@ fn headers(parts: &Parts, options: Options) -> Result<Vec<Header>> {
             BlockDescription::ScanLines,
             LineOrder::Increasing,
         );
-        header.shared_attributes.chromaticities = Some(Chromaticities {
-            red: point(PRIMARIES[0]),
-            green: point(PRIMARIES[1]),
-            blue: point(PRIMARIES[2]),
-            white: point(WHITE),
-        });
+        header.shared_attributes.chromaticities =
+            Some(Chromaticities { red: point(PRIMARIES[0]), green: point(PRIMARIES[1]), blue: point(PRIMARIES[2]), white: point(WHITE) });
         let own = &mut header.own_attributes;
         own.white_luminance = Some(white_luminance(options.channels) as f32);
         own.software_name = Some(text(concat!("lucarne ", env!("CARGO_PKG_VERSION")))?);
@@ -268,7 +264,9 @@ fn exr_error(path: &Path, error: ::exr::error::Error) -> Error {
         }
         Exr::Io(e) => Error::io(path, &e),
         Exr::NotSupported(what) => Error::new(format!("this kind of EXR is not supported: {what}")).file(path),
-        Exr::Invalid(what) => Error::new(format!("not a valid EXR file: {what}")).file(path).help("the file is damaged or no EXR; make or copy it again"),
+        Exr::Invalid(what) => {
+            Error::new(format!("not a valid EXR file: {what}")).file(path).help("the file is damaged or no EXR; make or copy it again")
+        }
         Exr::Aborted => Error::new("writing was aborted").file(path),
     }
 }
@@ -493,7 +491,8 @@ mod tests {
             names: hours.iter().map(|h| format!("hour_{h}")).collect(),
         };
         let mut warnings = Warnings::new();
-        write_parts(&path, &parts, FLOAT_RGB, &mut warnings, |put| hours.iter().try_for_each(|&h| put(&picture(40, 33, h as f32).pixels))).unwrap();
+        write_parts(&path, &parts, FLOAT_RGB, &mut warnings, |put| hours.iter().try_for_each(|&h| put(&picture(40, 33, h as f32).pixels)))
+            .unwrap();
         let listed = super::parts(&path).unwrap();
         assert_eq!(listed[1], Part { name: Some("hour_1929".into()), width: 40, height: 33, view: parts.view.clone() });
         for (i, &h) in hours.iter().enumerate() {

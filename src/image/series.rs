@@ -104,7 +104,8 @@ fn split(text: &str) -> Result<(String, Option<String>, String)> {
         let width: String = rest.as_str().chars().take_while(char::is_ascii_digit).collect();
         let kind = rest.nth(width.len());
         if !matches!(kind, Some('d' | 'i' | 'u')) {
-            return Err(Error::new(format!("'{text}' has a % that is not followed by a number of digits and d")).help("write for instance %04d, or %% for a percent sign"));
+            return Err(Error::new(format!("'{text}' has a % that is not followed by a number of digits and d"))
+                .help("write for instance %04d, or %% for a percent sign"));
         }
         if conversion.replace(width).is_some() {
             return Err(Error::new(format!("'{text}' has two places for numbers")).help("leave one of them, as in img_%04d.hdr"));
@@ -144,7 +145,8 @@ impl PictureSet {
                 .help("a view matrix has one picture per direction of the window's basis, 145 for Klems full"));
         }
         let paths: Vec<PathBuf> = numbers.iter().map(|&n| pattern.path(n)).collect();
-        let starts: Vec<Pause> = paths.iter().map(|p| ScanlineReader::open(p, exposure).map(ScanlineReader::pause)).collect::<Result<_>>()?;
+        let starts: Vec<Pause> =
+            paths.iter().map(|p| ScanlineReader::open(p, exposure).map(ScanlineReader::pause)).collect::<Result<_>>()?;
         let first = starts[0].header();
         let (width, height, view) = (first.width, first.height, first.view.clone());
         for (path, start) in paths.iter().zip(&starts) {
@@ -159,7 +161,9 @@ impl PictureSet {
                 .file(path));
             }
             if header.orientation != hdr::Orientation::STANDARD {
-                return Err(Error::new("its scanlines are not in the order -Y +X").file(path).help("turn it with Radiance's pflip or protate"));
+                return Err(Error::new("its scanlines are not in the order -Y +X")
+                    .file(path)
+                    .help("turn it with Radiance's pflip or protate"));
             }
         }
         Ok(Self { paths, starts, width, height, view })
