@@ -150,7 +150,7 @@ impl Canvas {
 
     /// Writes a line of text that begins at a place on the base line; `vertical` text runs upwards.
     /// A `halo` is drawn around it for legibility on pictures.
-    pub fn text(&mut self, x: f64, y: f64, text: &str, size: f64, color: Color, vertical: bool, halo: Option<Color>) {
+    pub fn text(&mut self, [x, y]: [f64; 2], text: &str, size: f64, color: Color, vertical: bool, halo: Option<Color>) {
         let strokes: Vec<Vec<[f64; 2]>> = font::strokes(text, size)
             .into_iter()
             .map(|s| s.into_iter().map(|[dx, dy]| if vertical { [x + dy, y - dx] } else { [x + dx, y + dy] }).collect())
@@ -284,8 +284,8 @@ mod tests {
         let odd: &[[f64; 2]] = &[[f64::NAN, 1.0], [1e30, -1e30]];
         canvas.stroke([odd].into_iter(), 3.0, [0; 3]);
         canvas.fill([(odd, [0; 3])].into_iter());
-        canvas.text(-50.0, 500.0, "outside", 12.0, [0; 3], true, Some(WHITE));
-        canvas.text(2.0, 8.0, "", 12.0, [0; 3], false, None);
+        canvas.text([-50.0, 500.0], "outside", 12.0, [0; 3], true, Some(WHITE));
+        canvas.text([2.0, 8.0], "", 12.0, [0; 3], false, None);
         canvas.image([30.0, 10.0, 90.0, 90.0], 2, &[[9; 3]; 4]);
         assert_eq!(canvas.get(39, 19), [9; 3]);
     }

@@ -100,7 +100,7 @@ impl Carpet<'_> {
     /// If the values are not whole days, or there are no classes.
     pub fn draw(&self) -> Result<Drawing> {
         let steps = self.steps_per_day;
-        if steps == 0 || self.values.is_empty() || self.values.len() % steps != 0 || self.values.len() / steps > 366 {
+        if steps == 0 || self.values.is_empty() || !self.values.len().is_multiple_of(steps) || self.values.len() / steps > 366 {
             return Err(Error::new(format!("{} values are not whole days of {steps} up to a year", self.values.len())));
         }
         if matches!(&self.coloring, Coloring::Classes(c) if c.is_empty()) {

@@ -139,7 +139,7 @@ impl Drawing {
                 }
                 Item::Text(text) => {
                     let [x, y] = text.start(font::width(&text.text, text.size));
-                    canvas.text(x * scale, y * scale, &text.text, text.size * scale, text.color, text.vertical, text.halo);
+                    canvas.text([x * scale, y * scale], &text.text, text.size * scale, text.color, text.vertical, text.halo);
                 }
                 Item::Image { rectangle, columns, pixels } => canvas.image(rectangle.map(|v| v * scale), *columns, pixels),
             }

@@ -88,7 +88,7 @@ impl Header {
                     magic = true;
                     continue;
                 }
-                if line.bytes().any(|b| b < 9 || b >= 127) {
+                if line.bytes().any(|b| !(9..127).contains(&b)) {
                     return Err(not_a_picture());
                 }
             }

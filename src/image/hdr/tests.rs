@@ -73,7 +73,7 @@ fn writes_the_bytes_radiance_writes_and_decodes_as_pvalue() {
 #[test]
 fn rounding_and_limits() {
     assert_eq!(to_rgbe([1.0, 0.5, 0.25]).unwrap(), [128, 64, 32, 129]);
-    assert_eq!(from_rgbe([128, 64, 32, 129]), [1.00390625, 0.50390625, 0.25390625]);
+    assert_eq!(from_rgbe([128, 64, 32, 129]), [257.0 / 256.0, 129.0 / 256.0, 65.0 / 256.0]);
     assert_eq!(to_rgbe([1e-33, -5.0, 0.0]).unwrap(), [0; 4]);
     assert_eq!(to_rgbe([-1.0, 3.0, 0.0]).unwrap(), [0, 192, 0, 130]);
     assert_eq!(from_rgbe([255, 0, 0, 0]), [0.0; 3]);
