@@ -1,4 +1,4 @@
-// Directional bins: rings of a window's basis, and Reinhart sky patches.
+// Rings of directional bins: of a window's basis, of the sky.
 
 const TAU: f32 = 6.283185307179586;
 
@@ -11,16 +11,6 @@ struct Ring {
     // First bin, counted within the window.
     first: u32,
     bins: u32,
-}
-
-// A row of sky patches, or the zenith cap (one patch). The last entry of the table is a sentinel
-// whose lower limit is above the zenith.
-struct SkyRow {
-    // Sine of the lower altitude limit.
-    sin_low: f32,
-    first: u32,
-    patches: u32,
-    padding: u32,
 }
 
 // Position of an azimuth (radians) in a ring of `bins` bins, the first centred on azimuth 0.

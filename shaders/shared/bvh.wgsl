@@ -26,15 +26,21 @@ struct TriangleHit {
     barycentric: vec2<f32>,
 }
 
-// Distance along the ray, or FAR_AWAY. The three edge values of a shared edge are exactly opposite
-// in the two triangles, so no ray slips between them.
+// Twice the volume spanned by the ray and an edge from `start` to `to`, both relative to the ray's
+// origin. The sum is the same and the difference exactly opposite for the other triangle at this
+// edge, so the two values are opposite in every bit, also where a device fuses products and sums.
+fn edge_volume(to: vec3<f32>, start: vec3<f32>, direction: vec3<f32>) -> f32 {
+    return dot(cross(to - start, to + start), direction);
+}
+
+// Distance along the ray, or FAR_AWAY. No ray slips between two triangles that share an edge.
 fn intersect_triangle(triangle: u32, origin: vec3<f32>, direction: vec3<f32>, nearest: f32) -> TriangleHit {
     let a = bvh_triangles[triangle * 3u].xyz - origin;
     let b = bvh_triangles[triangle * 3u + 1u].xyz - origin;
     let c = bvh_triangles[triangle * 3u + 2u].xyz - origin;
-    let u = dot(cross(c, b), direction);
-    let v = dot(cross(a, c), direction);
-    let w = dot(cross(b, a), direction);
+    let u = edge_volume(c, b, direction);
+    let v = edge_volume(a, c, direction);
+    let w = edge_volume(b, a, direction);
     let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     let determinant = u + v + w;
     if !inside || determinant == 0.0 {

@@ -7,7 +7,7 @@
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
-import package::shared::bins::{SkyRow, azimuth_bin};
+import package::shared::sky::{sky_bin};
 import package::shared::window::{windows, window_point, window_bin_direction};
 import package::shared::counters::{counters, count_finished};
 
@@ -38,28 +38,8 @@ override COMPONENTS: u32 = 3u;
 const MOST_SEGMENTS: u32 = 256u;
 
 @group(0) @binding(6) var<uniform> params: DaylightParams;
-@group(0) @binding(7) var<storage, read> sky_rows: array<SkyRow>;
 // [direct or indirect][bin][patch][component], fixed point.
 @group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
-
-fn sky_bin(direction: vec3<f32>) -> u32 {
-    if direction.z <= 0.0 {
-        return 0u;
-    }
-    // asin is inexact on some devices: guess, then correct by the exact limits.
-    var row = min(u32(asin(min(direction.z, 1.0)) / params.row_height), params.sky_rows - 1u);
-    if row > 0u && direction.z < sky_rows[row].sin_low {
-        row -= 1u;
-    } else if direction.z >= sky_rows[row + 1u].sin_low {
-        row += 1u;
-    }
-    let found = sky_rows[row];
-    var position = 0u;
-    if found.patches > 1u {
-        position = azimuth_bin(atan2(direction.x, direction.y), found.patches);
-    }
-    return found.first + position;
-}
 
 fn deposit(bin: u32, direct: bool, patch_index: u32, weight: vec3<f32>) {
     let part = select(params.bins, 0u, direct);
@@ -88,7 +68,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (; segment < MOST_SEGMENTS; segment++) {
         let hit = closest_hit(position, direction, FAR_AWAY);
         if hit.triangle == NO_TRIANGLE {
-            deposit(bin, bounces == 0u, sky_bin(direction), weight);
+            deposit(bin, bounces == 0u, sky_bin(direction, params.row_height, params.sky_rows), weight);
             ended = true;
             break;
         }

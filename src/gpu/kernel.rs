@@ -62,6 +62,10 @@ impl Kernel {
         constants: &[(&str, f64)],
         generated: &[(&str, &str)],
     ) -> Result<Self> {
+        #[cfg(test)]
+        if let Some(mutant) = super::mutation::linked(path, features, generated)? {
+            return Self::compile(device, &mutant, &label(path, features), constants);
+        }
         let key = format!("{path} {features:?} {constants:?} {generated:?}");
         if let Some(kernel) = device.0.kernels.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
             return Ok(kernel.clone());
@@ -112,6 +116,12 @@ impl Kernel {
     /// Name with its features, as it appears in messages and GPU debuggers.
     pub fn label(&self) -> &str {
         &self.0.label
+    }
+
+    /// Names of its bindings.
+    #[cfg(test)]
+    pub(crate) fn declared(&self) -> Vec<&str> {
+        self.0.bindings.iter().map(|s| s.name.as_str()).collect()
     }
 
     /// Binds buffers to the names that the shader declares, all of them and no others.

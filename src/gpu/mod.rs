@@ -19,6 +19,8 @@ mod kernel;
 mod layout;
 mod link;
 mod memory;
+#[cfg(test)]
+pub(crate) mod mutation;
 mod sources;
 
 #[doc(hidden)]

@@ -10,6 +10,12 @@ macro_rules! sources {
 // One line per file, in alphabetical order.
 sources![
     "diagnostic/loop_limit",
+    "diagnostic/probe_bins",
+    "diagnostic/probe_leaks",
+    "diagnostic/probe_material",
+    "diagnostic/probe_random",
+    "diagnostic/probe_rays",
+    "diagnostic/probe_windows",
     "product/gemm_subgroup",
     "product/gemm_tiled",
     "product/pack",
@@ -21,6 +27,7 @@ sources![
     "shared/pixel",
     "shared/random",
     "shared/receiver",
+    "shared/sky",
     "shared/window",
     "trace/daylight_paths",
     "trace/light_compact",

@@ -15,5 +15,6 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
     all.extend(product::registered());
+    all.extend(trace::probes::registered());
     all
 }

@@ -35,7 +35,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A row of sky patches (`shared/bins.wgsl`).
+    /// A row of sky patches (`shared/sky.wgsl`).
     pub(crate) struct SkyRow {
         sin_low: f32,
         first: u32,
@@ -76,7 +76,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
 }
 
 /// Rows of the sky for the shader: the Reinhart rows, the zenith cap, and a sentinel.
-fn sky_rows(sky: ReinhartSky) -> Vec<SkyRow> {
+pub(crate) fn sky_rows(sky: ReinhartSky) -> Vec<SkyRow> {
     let height = sky.row_height();
     let mut rows: Vec<SkyRow> = sky
         .rows()
@@ -108,6 +108,20 @@ pub fn compute(
     options: &DaylightOptions,
     progress: &dyn Progress,
 ) -> Result<TracedMatrix> {
+    compute_in_dispatches(device, scene, window, sky, options, PATHS_PER_DISPATCH, progress)
+}
+
+/// As [`compute`], with at most `paths_per_dispatch` paths per bin at a time, which changes nothing
+/// in the result. At most [`PATHS_PER_DISPATCH`].
+fn compute_in_dispatches(
+    device: &Device,
+    scene: &Scene,
+    window: &Window,
+    sky: ReinhartSky,
+    options: &DaylightOptions,
+    paths_per_dispatch: u32,
+    progress: &dyn Progress,
+) -> Result<TracedMatrix> {
     if options.batches < 2 || options.paths == 0 {
         return Err(Error::new("at least two batches of at least one path are needed"));
     }
@@ -125,17 +139,18 @@ pub fn compute(
     let mut sum = vec![0.0f64; cells];
     let mut squares = vec![0.0f64; cells];
     let mut direct_sum = vec![0.0f64; cells];
-    let mut batch_cells = vec![0.0f64; 2 * cells];
+    let mut batch_cells = vec![0u64; 2 * cells];
+    let unit = CELL_CAPACITY / PATHS_PER_DISPATCH.min(options.paths) as f32;
+    let whole = f64::from(unit) * f64::from(options.paths);
     let work = f64::from(options.batches) * f64::from(options.paths);
     for batch in 0..options.batches {
-        batch_cells.fill(0.0);
-        for first_path in (0..options.paths).step_by(PATHS_PER_DISPATCH as usize) {
+        batch_cells.fill(0);
+        for first_path in (0..options.paths).step_by(paths_per_dispatch as usize) {
             progress.update("daylight matrix", (f64::from(batch) * f64::from(options.paths) + f64::from(first_path)) / work);
             if progress.stop_requested() {
                 return Err(cancelled());
             }
-            let paths = PATHS_PER_DISPATCH.min(options.paths - first_path);
-            let unit = CELL_CAPACITY / paths as f32;
+            let paths = paths_per_dispatch.min(options.paths - first_path);
             let params = DaylightParams {
                 seed: crate::kernels::trace::stream_seed(options.seed, batch, 0x6461_796c),
                 first_path,
@@ -166,12 +181,12 @@ pub fn compute(
             statistics.paths += started;
             statistics.segments += u64::from(found.segments);
             for (cell, &units) in batch_cells.iter_mut().zip(&device.read::<u32>(&sums_buffer)?) {
-                *cell += f64::from(units) / f64::from(unit);
+                *cell += u64::from(units);
             }
         }
         for cell in 0..cells {
-            let direct = batch_cells[cell] / f64::from(options.paths);
-            let total = direct + batch_cells[cells + cell] / f64::from(options.paths);
+            let direct = batch_cells[cell] as f64 / whole;
+            let total = direct + batch_cells[cells + cell] as f64 / whole;
             direct_sum[cell] += direct;
             sum[cell] += total;
             squares[cell] += total * total;

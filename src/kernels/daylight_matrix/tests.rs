@@ -1,1 +1,209 @@
+use super::*;
+use crate::bins::KlemsBasis;
+use crate::kernels::trace::comparison::assert_agrees;
+use crate::kernels::trace::reference;
+use crate::kernels::trace::rooms::{Builder, street, window};
+use crate::progress::Silent;
+use crate::scene::MaterialKind;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
 
+fn tregenza() -> ReinhartSky {
+    ReinhartSky::new(1).unwrap()
+}
+
+fn row_sum(d: &Matrix<f32>, bin: usize, c: usize) -> f64 {
+    (0..d.cols()).map(|p| f64::from(d.at(bin, p)[c])).sum()
+}
+
+#[test]
+fn a_street_without_symmetry_agrees_with_the_reference_bin_by_bin() {
+    let Some(device) = Device::for_tests("daylight matrix") else { return };
+    let (scene, w) = street();
+    for bounces in [0, 2] {
+        let options = DaylightOptions { bounces: Some(bounces), paths: 1024, ..DaylightOptions::default() };
+        let d = compute(&device, &scene, &w, tregenza(), &options, &Silent).unwrap();
+        // One bin of every ring, all azimuths.
+        let rows: Vec<_> = [0, 5, 13, 38, 56, 80, 99, 127, 136, 141]
+            .into_par_iter()
+            .map(|bin| (bin, reference::daylight_row(&scene, &w, bin, tregenza(), bounces, 100_000, 5 + bin as u64)))
+            .collect();
+        for (bin, row) in rows {
+            assert_agrees(&format!("-ab {bounces}, bin {bin}"), &d, bin, &row, 100_000);
+        }
+    }
+}
+
+#[test]
+fn finer_skies_of_other_bases_agree_with_the_reference() {
+    let Some(device) = Device::for_tests("daylight matrix of finer skies") else { return };
+    let (scene, mut w) = street();
+    w.basis = KlemsBasis::Quarter.into();
+    let sky = ReinhartSky::new(2).unwrap();
+    let options = DaylightOptions { bounces: Some(1), paths: 2048, ..DaylightOptions::default() };
+    let d = compute(&device, &scene, &w, sky, &options, &Silent).unwrap();
+    assert_eq!((d.total.rows(), d.total.cols()), (41, 578));
+    for bin in [3, 20, 37] {
+        let row = reference::daylight_row(&scene, &w, bin, sky, 1, 200_000, 5 + bin as u64);
+        assert_agrees(&format!("MF:2, quarter basis, bin {bin}"), &d, bin, &row, 200_000);
+    }
+}
+
+/// Length of what two arcs of the circle have in common.
+fn common_arc([from, to]: [f64; 2], [other_from, other_to]: [f64; 2]) -> f64 {
+    (-2..=2)
+        .map(|turn| {
+            let shift = f64::from(turn) * TAU;
+            (to.min(other_to + shift) - from.max(other_from + shift)).max(0.0)
+        })
+        .sum()
+}
+
+#[test]
+fn a_roof_light_under_the_open_sky_is_the_overlap_of_rings_and_rows() {
+    let Some(device) = Device::for_tests("daylight matrix of a roof light") else { return };
+    // Normal down into the room, up vector north: local x points west, so light travelling towards
+    // local azimuth φ comes from the compass azimuth φ + 90°.
+    let w = window([[0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [1.0, 1.0, 3.0], [0.0, 1.0, 3.0]], DVec3::NEG_Z, DVec3::Y, KlemsBasis::Full);
+    let options = DaylightOptions { paths: 4096, ..DaylightOptions::default() };
+    for sky in [tregenza(), ReinhartSky::new(4).unwrap()] {
+        let d = compute(&device, &crate::scene::Scene::default(), &w, sky, &options, &Silent).unwrap();
+        let sin2 = |altitude: f64| altitude.sin().powi(2);
+        let (mut squares, mut count, mut covered) = (0.0, 0, 0.0);
+        for bin in 0..145 {
+            let (ring, position) = w.basis.ring_of(bin);
+            let cos2 = |degrees: f64| degrees.to_radians().cos().powi(2);
+            let (high, low) = (cos2(ring.theta_min), cos2(ring.theta_max));
+            let width = TAU / ring.bins as f64;
+            let arc = [(position as f64 - 0.5) * width + TAU / 4.0, (position as f64 + 0.5) * width + TAU / 4.0];
+            for patch in 1..sky.len() {
+                let (altitudes, azimuths) = sky.limits(patch);
+                let part = (high.min(sin2(altitudes[1])) - low.max(sin2(altitudes[0]))).max(0.0) / (high - low);
+                let exact = part * common_arc(arc, azimuths) / width;
+                let found = f64::from(d.total.at(bin, patch)[1]);
+                let error = f64::from(d.standard_error.at(bin, patch)[1]);
+                covered += exact;
+                if exact == 0.0 {
+                    assert!(found < 1e-4, "bin {bin} sees patch {patch}: {found}");
+                    continue;
+                }
+                // One sample in 32768 is the least that can be told.
+                let z = (found - exact) / error.hypot(3e-5);
+                assert!(z.abs() < 8.0, "bin {bin}, patch {patch}: {found}, not {exact} ± {error}");
+                squares += z * z;
+                count += 1;
+            }
+            assert!((row_sum(&d.total, bin, 0) - 1.0).abs() < 1e-5 && d.total.at(bin, 0) == [0.0; 3]);
+        }
+        assert!((covered / 145.0 - 1.0).abs() < 1e-9, "the overlaps are a partition");
+        println!("MF:{}: {count} overlaps, mean z² {:.2}", sky.subdivision(), squares / f64::from(count));
+        assert!(squares / f64::from(count) < 1.8);
+    }
+}
+
+#[test]
+fn a_vertical_window_under_the_open_sky_agrees_with_quadrature() {
+    let Some(device) = Device::for_tests("daylight matrix of a vertical window") else { return };
+    // Facing south-west, so that nothing falls on limits.
+    let normal = DVec3::new(0.6, 0.8, 0.0);
+    let w = window([[0.0, 0.0, 0.0], [0.8, -0.6, 0.0], [0.8, -0.6, 1.0], [0.0, 0.0, 1.0]], normal, DVec3::Z, KlemsBasis::Full);
+    let options = DaylightOptions { paths: 4096, ..DaylightOptions::default() };
+    let sky = tregenza();
+    let d = compute(&device, &crate::scene::Scene::default(), &w, sky, &options, &Silent).unwrap();
+    let n = 700;
+    let rows: Vec<(usize, Vec<f64>)> = [0, 3, 12, 30, 52, 71, 88, 100, 118, 130, 133, 142]
+        .into_par_iter()
+        .map(|bin| {
+            let mut row = vec![0.0; sky.len()];
+            for i in 0..n * n {
+                let (u, v) = (((i / n) as f64 + 0.5) / n as f64, ((i % n) as f64 + 0.5) / n as f64);
+                row[sky.bin_of(-w.frame.to_world(w.basis.direction(bin, u, v)))] += 1.0 / (n * n) as f64;
+            }
+            (bin, row)
+        })
+        .collect();
+    for (bin, row) in rows {
+        let (mut squares, mut count) = (0.0, 0);
+        for (patch, &exact) in row.iter().enumerate() {
+            let found = f64::from(d.total.at(bin, patch)[0]);
+            let error = f64::from(d.standard_error.at(bin, patch)[0]);
+            if exact > 0.0 || found > 0.0 {
+                let z = (found - exact) / error.hypot(5e-5);
+                assert!(z.abs() < 8.0, "bin {bin}, patch {patch}: {found}, not {exact} ± {error}");
+                squares += z * z;
+                count += 1;
+            }
+        }
+        println!("bin {bin}: {count} patches, mean z² {:.2}", squares / f64::from(count));
+        assert!(squares / f64::from(count) < 2.5, "bin {bin}: mean z² {}", squares / f64::from(count));
+    }
+}
+
+#[test]
+fn nothing_is_lost_or_gained_where_nothing_absorbs() {
+    let Some(device) = Device::for_tests("balance of the daylight matrix") else { return };
+    let mut b = Builder::default();
+    let white = b.grey(1.0);
+    let mirror = b.material(MaterialKind::Mirror { color: [1.0; 3] });
+    // Large and slanted ground, a wall, slats and a mirror.
+    b.quad([[-300.0, -600.0, -8.0], [300.0, -600.0, -4.0], [300.0, 300.0, 1.0], [-300.0, 300.0, -2.0]], white);
+    b.quad([[-20.0, -9.0, -5.0], [4.0, -11.0, -5.0], [4.0, -11.0, 9.0], [-20.0, -9.0, 9.0]], white);
+    b.quad([[9.0, -8.0, -3.0], [9.0, -1.0, -3.0], [9.0, -1.0, 6.0], [9.0, -8.0, 6.0]], mirror);
+    for k in 0..20 {
+        let z = 1.0 + 0.08 * f64::from(k);
+        b.quad([[0.3, -0.10, z], [2.2, -0.10, z], [2.2, -0.02, z + 0.03], [0.3, -0.02, z + 0.03]], white);
+    }
+    let w = window([[0.5, 0.0, 1.0], [0.5, 0.0, 2.5], [2.0, 0.0, 2.5], [2.0, 0.0, 1.0]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
+    let d = compute(&device, &b.scene, &w, tregenza(), &DaylightOptions { paths: 512, ..DaylightOptions::default() }, &Silent).unwrap();
+    let mut ground: f64 = 0.0;
+    for bin in 0..145 {
+        assert!((row_sum(&d.total, bin, 0) - 1.0).abs() < 1e-5, "bin {bin}: {}", row_sum(&d.total, bin, 0));
+        ground += f64::from(d.total.at(bin, 0)[0]) / 145.0;
+    }
+    // Only what passes over the edges of the ground reaches the lower hemisphere: the window sees
+    // less than 1/100 of it beyond. Rays that start below their own surface would end there too.
+    println!("mean share of the ground: {ground:.1e}");
+    assert!(ground < 0.015, "{ground}");
+}
+
+#[test]
+fn equal_seeds_give_equal_bits_in_any_number_of_dispatches() {
+    let Some(device) = Device::for_tests("dispatches of the daylight matrix") else { return };
+    let (scene, mut w) = street();
+    w.basis = KlemsBasis::Quarter.into();
+    let options = DaylightOptions { paths: 1000, batches: 3, ..DaylightOptions::default() };
+    let run = |options: &DaylightOptions, chunk| compute_in_dispatches(&device, &scene, &w, tregenza(), options, chunk, &Silent).unwrap();
+    let whole = run(&options, PATHS_PER_DISPATCH);
+    assert_eq!(whole.total, compute(&device, &scene, &w, tregenza(), &options, &Silent).unwrap().total);
+    for chunk in [1000, 256, 97] {
+        let parts = run(&options, chunk);
+        assert_eq!(whole.total, parts.total, "{chunk} paths per dispatch");
+        assert_eq!(whole.direct, parts.direct);
+        assert_eq!(whole.standard_error, parts.standard_error);
+        assert_eq!(whole.statistics, parts.statistics);
+    }
+    assert_ne!(whole.total, run(&DaylightOptions { seed: 2, ..options }, PATHS_PER_DISPATCH).total);
+}
+
+#[test]
+fn the_direct_part_is_at_most_the_total_and_knows_no_bounces() {
+    let Some(device) = Device::for_tests("direct daylight matrix") else { return };
+    let (scene, mut w) = street();
+    w.basis = KlemsBasis::Half.into();
+    let run = |bounces| {
+        let options = DaylightOptions { bounces, paths: 256, ..DaylightOptions::default() };
+        compute(&device, &scene, &w, tregenza(), &options, &Silent).unwrap()
+    };
+    let (none, two, all) = (run(Some(0)), run(Some(2)), run(None));
+    assert_eq!(none.total, none.direct);
+    assert_eq!(none.direct, two.direct);
+    assert_eq!(none.direct, all.direct);
+    let sum = |m: &Matrix<f32>| m.data().iter().map(|&v| f64::from(v)).sum::<f64>();
+    assert!(sum(&none.total) < sum(&two.total) && sum(&two.total) < sum(&all.total));
+    for d in [&two, &all] {
+        for (direct, total) in d.direct.data().iter().zip(d.total.data()) {
+            assert!(direct <= total, "{direct} of {total}");
+        }
+    }
+}

@@ -10,6 +10,13 @@ use crate::scene::{self, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
 
 #[cfg(test)]
+pub(crate) mod comparison;
+#[cfg(test)]
+mod extremes;
+#[cfg(test)]
+mod mutations;
+pub(crate) mod probes;
+#[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
 pub(crate) mod rooms;

@@ -119,6 +119,20 @@ fn largest(c: [f64; 3]) -> f64 {
     c[0].max(c[1]).max(c[2])
 }
 
+/// Transmittance and reflectance of a pane: Fresnel's equations by angles, then the sum over all
+/// internal reflections, both polarisations averaged.
+pub fn glass_pane(transmissivity: [f64; 3], refraction_index: f64, cosine: f64) -> ([f64; 3], [f64; 3]) {
+    let sin_in = (1.0 - cosine * cosine).max(0.0).sqrt();
+    let cos_out = (1.0 - (sin_in / refraction_index).powi(2)).sqrt();
+    let rs = ((cosine - refraction_index * cos_out) / (cosine + refraction_index * cos_out)).powi(2);
+    let rp = ((refraction_index * cosine - cos_out) / (refraction_index * cosine + cos_out)).powi(2);
+    let pass = transmissivity.map(|t| t.powf(1.0 / cos_out));
+    let mix = |f: &dyn Fn(f64, f64) -> f64| pass.map(|d| (f(rs, d) + f(rp, d)) / 2.0);
+    let t = mix(&|r, d| (1.0 - r).powi(2) * d / (1.0 - (r * d).powi(2)));
+    let r = mix(&|r, d| r + (1.0 - r).powi(2) * r * d * d / (1.0 - (r * d).powi(2)));
+    (t, r)
+}
+
 /// Radiance's material models for smooth and rough surfaces, one lobe chosen at random.
 fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut Random) -> Option<Scattered> {
     let front = incoming.dot(normal) < 0.0;
@@ -148,16 +162,7 @@ fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut
             return front.then_some(Scattered { direction: mirrored, weight: color, diffuse: false });
         }
         MaterialKind::Glass { transmissivity, refraction_index } => {
-            // Fresnel by angles: refraction, then the sum over internal reflections.
-            let sin_in = (1.0 - cosine * cosine).max(0.0).sqrt();
-            let cos_in = cosine;
-            let cos_out = (1.0 - (sin_in / refraction_index).powi(2)).sqrt();
-            let rs = ((cos_in - refraction_index * cos_out) / (cos_in + refraction_index * cos_out)).powi(2);
-            let rp = ((refraction_index * cos_in - cos_out) / (refraction_index * cos_in + cos_out)).powi(2);
-            let pass = transmissivity.map(|t| t.powf(1.0 / cos_out));
-            let mix = |f: &dyn Fn(f64, f64) -> f64| pass.map(|d| (f(rs, d) + f(rp, d)) / 2.0);
-            let t = mix(&|r, d| (1.0 - r).powi(2) * d / (1.0 - (r * d).powi(2)));
-            let r = mix(&|r, d| r + (1.0 - r).powi(2) * r * d * d / (1.0 - (r * d).powi(2)));
+            let (t, r) = glass_pane(transmissivity, refraction_index, cosine);
             let p = largest(t) / (largest(t) + largest(r));
             return Some(if random.next() < p {
                 Scattered { direction: incoming, weight: scale(t, 1.0 / p), diffuse: false }

@@ -1,6 +1,7 @@
 //! Small scenes for the tests of the tracing kernels.
 
 use crate::bins::{Frame, KlemsBasis};
+use crate::scene::points::Sensor;
 use crate::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle, Window};
 use glam::DVec3;
 
@@ -47,6 +48,20 @@ impl Builder {
     }
 }
 
+/// A sensor.
+pub fn sensor(position: [f64; 3], direction: [f64; 3]) -> Sensor {
+    Sensor { position: DVec3::from_array(position), direction: DVec3::from_array(direction), line: 0 }
+}
+
+/// Moves and scales a scene and its window: p becomes origin + scale · p.
+pub fn placed(scene: &Scene, window: &Window, origin: DVec3, scale: f64) -> (Scene, Window) {
+    let (mut scene, mut window) = (scene.clone(), window.clone());
+    for p in scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).chain(window.triangles.iter_mut().flatten()) {
+        *p = origin + *p * scale;
+    }
+    (scene, window)
+}
+
 /// A rectangular window from corners, normal into the room.
 pub fn window(corners: [[f64; 3]; 4], normal: DVec3, up: DVec3, basis: KlemsBasis) -> Window {
     let [a, b, c, d] = corners.map(DVec3::from_array);
@@ -79,6 +94,41 @@ pub fn asymmetric() -> (Scene, Window) {
         b.quad(q, walls);
     }
     b.room([3.0, 1.5, 0.0], [3.4, 1.9, 3.0], dark, &[4, 5]);
+    let w = window([[0.5, 0.0, 1.0], [0.5, 0.0, 2.5], [2.0, 0.0, 2.5], [2.0, 0.0, 1.0]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
+    (b.scene, w)
+}
+
+/// What a window in a south wall looks at: coloured ground, a black box to the east, a mirror
+/// façade to the west, a translucent canopy above and a pane of glass before the lower half. Left
+/// and right, up and down all differ.
+pub fn street() -> (Scene, Window) {
+    let mut b = Builder::default();
+    let ground = b.material(MaterialKind::Plastic { color: [0.4, 0.5, 0.3], specularity: 0.0, roughness: 0.0 });
+    let facade = b.grey(0.5);
+    let brick = b.material(MaterialKind::Plastic { color: [0.6, 0.3, 0.2], specularity: 0.05, roughness: 0.0 });
+    let mirror = b.material(MaterialKind::Mirror { color: [0.8, 0.75, 0.7] });
+    let glass = b.material(MaterialKind::Glass { transmissivity: [0.9, 0.8, 0.7], refraction_index: 1.52 });
+    let canopy = b.material(MaterialKind::Trans {
+        color: [0.7, 0.7, 0.6],
+        specularity: 0.04,
+        roughness: 0.0,
+        transmissivity: 0.5,
+        transmitted_specularity: 0.3,
+    });
+    b.quad([[-20.0, -30.0, 0.0], [20.0, -30.0, 0.0], [20.0, 0.2, 0.0], [-20.0, 0.2, 0.0]], ground);
+    // The facade with a hole for the window x 0.5…2, z 1…2.5.
+    for (x0, x1, z0, z1) in [(-6.0, 6.0, 0.0, 1.0), (-6.0, 6.0, 2.5, 5.0), (-6.0, 0.5, 1.0, 2.5), (2.0, 6.0, 1.0, 2.5)] {
+        b.quad([[x0, 0.0, z0], [x1, 0.0, z0], [x1, 0.0, z1], [x0, 0.0, z1]], facade);
+    }
+    // A house to the south-east, its outside.
+    let ([x0, y0, z0], [x1, y1, z1]) = ([2.5, -8.0, 0.0], [8.0, -4.0, 6.0]);
+    b.quad([[x0, y1, z0], [x1, y1, z0], [x1, y1, z1], [x0, y1, z1]], brick);
+    b.quad([[x0, y0, z0], [x0, y1, z0], [x0, y1, z1], [x0, y0, z1]], brick);
+    b.quad([[x0, y0, z1], [x1, y0, z1], [x1, y1, z1], [x0, y1, z1]], brick);
+    // Its front faces east.
+    b.quad([[-2.0, -6.0, 0.0], [-2.0, -0.5, 0.0], [-2.0, -0.5, 4.0], [-2.0, -6.0, 4.0]], mirror);
+    b.quad([[0.0, -1.2, 2.7], [2.2, -1.2, 2.7], [2.2, 0.0, 2.9], [0.0, 0.0, 2.9]], canopy);
+    b.quad([[0.2, -0.4, 0.8], [2.3, -0.4, 0.8], [2.3, -0.4, 1.6], [0.2, -0.4, 1.6]], glass);
     let w = window([[0.5, 0.0, 1.0], [0.5, 0.0, 2.5], [2.0, 0.0, 2.5], [2.0, 0.0, 1.0]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
     (b.scene, w)
 }

@@ -1,43 +1,12 @@
 use super::*;
 use crate::bins::KlemsBasis;
+use crate::kernels::trace::comparison::assert_agrees;
 use crate::kernels::trace::reference;
-use crate::kernels::trace::rooms::{Builder, asymmetric, window};
+use crate::kernels::trace::rooms::{Builder, asymmetric, sensor, window};
 use crate::progress::Silent;
 use crate::scene::MaterialKind;
 use glam::DVec3;
 use std::f64::consts::PI;
-
-fn sensor(position: [f64; 3], direction: [f64; 3]) -> Sensor {
-    Sensor { position: DVec3::from_array(position), direction: DVec3::from_array(direction), line: 0 }
-}
-
-/// Chi-square-like comparison of a traced row with the reference: the deviations in units of their
-/// combined standard errors must be spread as noise is. Bins too rare for a normal distribution
-/// are compared in sum only.
-fn assert_agrees(what: &str, traced: &TracedMatrix, row: usize, reference: &[[reference::Estimate; 3]], samples: usize) {
-    let (mut squares, mut count, mut worst) = (0.0, 0, 0.0f64);
-    let (mut sum, mut sum_reference, mut variance) = (0.0, 0.0, 0.0);
-    for (bin, estimate) in reference.iter().enumerate() {
-        for (c, estimate) in estimate.iter().enumerate() {
-            let value = f64::from(traced.total.at(row, bin)[c]);
-            let error = f64::from(traced.standard_error.at(row, bin)[c]).hypot(estimate.standard_error(samples));
-            sum += value;
-            sum_reference += estimate.mean(samples);
-            variance += error * error;
-            if estimate.mean(samples) * samples as f64 > 100.0 {
-                let z = (value - estimate.mean(samples)) / error;
-                squares += z * z;
-                worst = worst.max(z.abs());
-                count += 1;
-            }
-        }
-    }
-    assert!(count > 5, "{what}: too few bins to compare");
-    let mean_square = squares / f64::from(count);
-    println!("{what}: {count} entries, mean z² {mean_square:.2}, worst |z| {worst:.1}, sums {sum:.5} {sum_reference:.5}");
-    assert!(mean_square < 1.8 && worst < 7.0, "{what}: mean z² {mean_square:.2}, worst |z| {worst:.1}");
-    assert!((sum - sum_reference).abs() < 5.0 * variance.sqrt(), "{what}: sums {sum} and {sum_reference}");
-}
 
 #[test]
 fn a_black_room_gives_the_analytic_configuration_factor() {

@@ -1,0 +1,50 @@
+// For tests: bins of directions, and directions of bins.
+
+import package::shared::window::{windows, window_bin, window_bin_direction};
+import package::shared::sky::{sky_bin, SkyRow};
+
+struct BinProbeParams {
+    count: u32,
+    window: u32,
+    // Sky rows with the cap.
+    sky_rows: u32,
+    row_height: f32,
+}
+
+struct BinProbe {
+    direction: vec3<f32>,
+    // For the way back: bin within the window and place in it.
+    bin: u32,
+    random: vec2<f32>,
+    padding: vec2<u32>,
+}
+
+struct BinAnswer {
+    // Inside the bin asked for.
+    direction: vec3<f32>,
+    // Of the direction asked for.
+    window_bin: u32,
+    sky_bin: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+}
+
+@group(0) @binding(6) var<uniform> params: BinProbeParams;
+@group(0) @binding(8) var<storage, read> probes: array<BinProbe>;
+@group(0) @binding(9) var<storage, read_write> answers: array<BinAnswer>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= params.count {
+        return;
+    }
+    let probe = probes[id.x];
+    let window = windows[params.window];
+    answers[id.x] = BinAnswer(
+        window_bin_direction(window, probe.bin, probe.random),
+        window_bin(window, probe.direction) - window.first_bin,
+        sky_bin(probe.direction, params.row_height, params.sky_rows),
+        0u, 0u, 0u,
+    );
+}

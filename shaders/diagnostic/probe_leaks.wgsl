@@ -1,0 +1,86 @@
+// For tests: chains of rays inside a closed convex room whose surfaces face inwards. A ray that
+// meets nothing, or a surface from behind, has leaked.
+
+import package::shared::random::{hash_combine, hash_u32, unit_f32};
+import package::shared::bvh::{bvh_triangles, closest_hit, hit_point, triangle_normal, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
+import package::shared::material::{cosine_direction};
+import package::shared::counters::{count_finished};
+
+struct LeakProbeParams {
+    seed: u32,
+    chains: u32,
+    rays_per_chain: u32,
+    triangles: u32,
+}
+
+struct LeakCounts {
+    missed: atomic<u32>,
+    from_behind: atomic<u32>,
+    // Rays that met a front side.
+    met: atomic<u32>,
+    padding: u32,
+}
+
+@group(0) @binding(6) var<uniform> params: LeakProbeParams;
+@group(0) @binding(8) var<storage, read_write> leaks: LeakCounts;
+
+var<private> state: u32;
+
+fn next() -> f32 {
+    state = hash_u32(state + 0x9e3779b9u);
+    return unit_f32(state);
+}
+
+// A corner, a point of an edge or a point of a triangle's inside.
+fn target_point(kind: u32) -> vec3<f32> {
+    let triangle = min(u32(next() * f32(params.triangles)), params.triangles - 1u) * 3u;
+    let a = bvh_triangles[triangle].xyz;
+    let b = bvh_triangles[triangle + 1u].xyz;
+    let c = bvh_triangles[triangle + 2u].xyz;
+    if kind == 0u {
+        return a;
+    }
+    let along = next();
+    if kind == 1u {
+        return a + (b - a) * along;
+    }
+    return a + ((b - a) + (c - b) * next()) * along;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let chain = id.y * groups.x * 64u + id.x;
+    if chain >= params.chains {
+        return;
+    }
+    state = hash_combine(params.seed, chain);
+    // Between two points of the room, which is convex.
+    var position = mix(target_point(2u), target_point(2u), 0.25 + 0.5 * next());
+    var facing = vec3<f32>(0.0, 0.0, 1.0);
+    // Every other chain aims at corners and edges; the others go on as diffuse light does.
+    let aimed = (chain & 1u) == 0u;
+    var met = 0u;
+    var ended = false;
+    for (var ray = 0u; ray < params.rays_per_chain; ray++) {
+        var direction = cosine_direction(facing, vec2<f32>(next(), next()));
+        if aimed || ray == 0u {
+            direction = normalize(target_point((chain >> 1u) % 3u) - position);
+        }
+        let hit = closest_hit(position, direction, FAR_AWAY);
+        if hit.triangle == NO_TRIANGLE {
+            atomicAdd(&leaks.missed, 1u);
+            ended = true;
+            break;
+        }
+        facing = triangle_normal(hit.triangle);
+        if dot(facing, direction) >= 0.0 {
+            atomicAdd(&leaks.from_behind, 1u);
+            ended = true;
+            break;
+        }
+        met += 1u;
+        position = offset_from_surface(hit_point(hit), facing);
+    }
+    atomicAdd(&leaks.met, met);
+    count_finished(ended || met == params.rays_per_chain);
+}

@@ -1,0 +1,36 @@
+// For tests: what each ray meets first.
+
+import package::shared::bvh::{closest_hit, traverse, FAR_AWAY};
+import package::shared::counters::{count_finished};
+
+struct Ray {
+    origin: vec3<f32>,
+    padding0: u32,
+    direction: vec3<f32>,
+    padding1: u32,
+}
+
+struct RayAnswer {
+    distance: f32,
+    // Place in the leaves of the BVH.
+    triangle: u32,
+    barycentric: vec2<f32>,
+    // Whether any surface is in the way.
+    blocked: u32,
+    padding: u32,
+}
+
+@group(0) @binding(6) var<storage, read> rays: array<Ray>;
+@group(0) @binding(8) var<storage, read_write> answers: array<RayAnswer>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= arrayLength(&rays) {
+        return;
+    }
+    let ray = rays[id.x];
+    let hit = closest_hit(ray.origin, ray.direction, FAR_AWAY);
+    let any = traverse(ray.origin, ray.direction, FAR_AWAY, true);
+    answers[id.x] = RayAnswer(hit.distance, hit.triangle, hit.barycentric, u32(any.distance < FAR_AWAY), 0u);
+    count_finished(true);
+}

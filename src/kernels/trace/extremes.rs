@@ -1,0 +1,306 @@
+//! Extreme scenes, each with the value it must give and why.
+
+use super::comparison::assert_agrees;
+use super::reference;
+use super::rooms::{Builder, asymmetric, placed, sensor, street, window};
+use crate::bins::{Frame, KlemsBasis, ReinhartSky};
+use crate::gpu::Device;
+use crate::kernels::daylight_matrix::{self, DaylightOptions};
+use crate::kernels::view_matrix::{self, TracedMatrix, ViewOptions};
+use crate::progress::Silent;
+use crate::scene::points::Sensor;
+use crate::scene::{MaterialKind, Scene, Window};
+use glam::{DMat3, DVec3};
+use std::f64::consts::{PI, TAU};
+
+fn view(device: &Device, scene: &Scene, w: &Window, sensors: &[Sensor], options: &ViewOptions) -> TracedMatrix {
+    let v = view_matrix::compute(device, scene, std::slice::from_ref(w), sensors, options, &Silent).unwrap();
+    for m in [&v.total, &v.direct, &v.standard_error] {
+        assert!(m.data().iter().all(|x| x.is_finite() && *x >= 0.0), "a value is not a number");
+    }
+    v
+}
+
+/// Green sum of a row, and the standard error of that sum.
+fn row_sum(v: &TracedMatrix, row: usize) -> (f64, f64) {
+    let bins = 0..v.total.cols();
+    let sum = bins.clone().map(|b| f64::from(v.total.at(row, b)[1])).sum();
+    (sum, bins.map(|b| f64::from(v.standard_error.at(row, b)[1]).powi(2)).sum::<f64>().sqrt())
+}
+
+fn direct_sum(v: &TracedMatrix, row: usize) -> f64 {
+    (0..v.direct.cols()).map(|b| f64::from(v.direct.at(row, b)[1])).sum()
+}
+
+#[test]
+fn size_and_place_of_the_scene_change_nothing() {
+    let Some(device) = Device::for_tests("scale and place") else { return };
+    let sensors = [sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]), sensor([3.6, 0.6, 0.1], [0.0, 0.2, 1.0]), sensor([0.05, 4.0, 1.5], [1.0, -0.3, 0.0])];
+    let (scene, w) = asymmetric();
+    let (outside, outer) = street();
+    let options = ViewOptions { bounces: Some(3), light_paths: 32, ..ViewOptions::default() };
+    let daylight_options = DaylightOptions { bounces: Some(2), paths: 64, ..DaylightOptions::default() };
+    let sky = ReinhartSky::new(1).unwrap();
+    let daylight = |scene: &Scene, w: &Window| daylight_matrix::compute(&device, scene, w, sky, &daylight_options, &Silent).unwrap().total;
+    let v = view(&device, &scene, &w, &sensors, &options);
+    let d = daylight(&outside, &outer);
+    for (what, origin, scale) in [
+        ("a room of 4 mm", DVec3::ZERO, 1e-3),
+        ("a room of 4 km", DVec3::ZERO, 1e3),
+        ("survey coordinates", DVec3::new(583_960.4, 4_507_523.7, 31.6), 1.0),
+    ] {
+        let moved: Vec<Sensor> = sensors.iter().map(|s| Sensor { position: origin + s.position * scale, ..*s }).collect();
+        let (other, other_window) = placed(&scene, &w, origin, scale);
+        let v2 = view(&device, &other, &other_window, &moved, &options);
+        // The same random numbers: paths differ only where rounding turns a choice.
+        for row in 0..sensors.len() {
+            let (sum, error) = row_sum(&v, row);
+            let (moved_sum, _) = row_sum(&v2, row);
+            println!("{what}, sensor {row}: {moved_sum} of {sum} ± {error}");
+            assert!((moved_sum - sum).abs() < 0.2 * error + 1e-4 * sum, "{what}: {moved_sum}, not {sum}");
+        }
+        let (other, other_window) = placed(&outside, &outer, origin, scale);
+        let d2 = daylight(&other, &other_window);
+        let difference: f64 = d.data().iter().zip(d2.data()).map(|(a, b)| f64::from(a - b).abs()).sum();
+        let sum: f64 = d.data().iter().map(|&a| f64::from(a)).sum();
+        println!("{what}: D differs by {:.1e}", difference / sum);
+        assert!(difference < 2e-3 * sum, "{what}: {difference} of {sum}");
+    }
+}
+
+/// A sphere of radius 1 with its top cut off: the opening is the window, its share of the sphere's
+/// surface (as a cap) is `open`. Gives also the area of the opening and of the wall.
+fn sphere(open: f64, reflectance: f64) -> (Scene, Window, f64, f64) {
+    let mut b = Builder::default();
+    let wall = b.grey(reflectance);
+    let (rings, segments) = (64, 128);
+    let start = (1.0 - 2.0 * open).acos();
+    let at = |ring: usize, segment: usize| {
+        let theta = start + (PI - start) * ring as f64 / rings as f64;
+        let phi = TAU * segment as f64 / segments as f64;
+        [theta.sin() * phi.cos(), theta.sin() * phi.sin(), if ring == rings { -1.0 } else { theta.cos() }]
+    };
+    for ring in 0..rings {
+        for s in 0..segments {
+            b.quad([at(ring, s), at(ring, s + 1), at(ring + 1, s + 1), at(ring + 1, s)], wall);
+        }
+    }
+    let corner = |s: usize| DVec3::from_array(at(0, s));
+    let middle = DVec3::new(0.0, 0.0, corner(0).z);
+    let mut w = window([at(0, 0); 4], DVec3::NEG_Z, DVec3::Y, KlemsBasis::Quarter);
+    w.triangles = (0..segments).map(|s| [middle, corner(s), corner(s + 1)]).collect();
+    let area = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).length() / 2.0;
+    let (opening, walls) = (w.area(), b.scene.triangles.iter().map(|t| area(&t.vertices)).sum());
+    (b.scene, w, opening, walls)
+}
+
+#[test]
+fn a_sphere_fills_with_light_as_the_geometric_series_says() {
+    let Some(device) = Device::for_tests("integrating sphere") else { return };
+    // Light that leaves the wall of a sphere falls evenly on all of it, the opening's cap included.
+    // With flux Φ through the opening every point of the wall receives, besides the direct light,
+    // Φ ρ/A Σ (ρ (1 − open))^k over the reflections, 1/(1 − ρ (1 − open)) if there is no end.
+    let oblique = DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(0.7);
+    let directions = [DVec3::NEG_Z, DVec3::X, DVec3::new(-0.6, 0.5, 0.3), DVec3::new(0.1, -1.0, -0.4), DVec3::new(0.3, 0.4, -0.9)];
+    for (open, reflectance, bounces, paths, tolerance) in [
+        (0.05, 0.0, None, 8, 0.0),
+        (0.05, 0.9, Some(2), 32, 0.01),
+        (0.05, 0.9, Some(5), 32, 0.01),
+        (0.05, 0.9, None, 64, 0.01),
+        // Hundreds of reflections.
+        (0.01, 0.999, None, 64, 0.03),
+        // A window of a hundredth of the room's width: 160 of its sizes across.
+        (4e-5, 0.6, None, 64, 0.01),
+    ] {
+        let (scene, w, opening, wall) = sphere(open, reflectance);
+        let (scene, w) = turned(&scene, &w, oblique);
+        let sensors: Vec<Sensor> = directions
+            .iter()
+            .map(|d| {
+                let d = oblique * d.normalize();
+                Sensor { position: d * 0.997, direction: -d, line: 0 }
+            })
+            .collect();
+        let options = ViewOptions { bounces, light_paths: paths, near_samples: 256, direct_samples: 128, ..ViewOptions::default() };
+        let v = view(&device, &scene, &w, &sensors, &options);
+        let sphere_area = wall / (1.0 - open);
+        let kept = reflectance * (1.0 - open);
+        let series = match bounces {
+            Some(b) => (0..b as i32 - 1).map(|k| kept.powi(k)).sum(),
+            None => 1.0 / (1.0 - kept),
+        };
+        let expected = PI * opening * reflectance / sphere_area * series;
+        let found: Vec<f64> = (0..sensors.len()).map(|row| row_sum(&v, row).0 - direct_sum(&v, row)).collect();
+        let mean = found.iter().sum::<f64>() / found.len() as f64;
+        println!("open {open}, reflectance {reflectance}, -ab {bounces:?}: {mean:.5} of {expected:.5} {found:.4?}");
+        assert!((mean - expected).abs() <= tolerance * expected, "{mean}, not {expected}");
+        for value in found {
+            assert!((value - expected).abs() <= 4.0 * tolerance * expected, "{value}, not {expected}");
+        }
+        if reflectance == 0.0 {
+            assert_eq!(v.total, v.direct);
+        }
+    }
+}
+
+/// Turns a scene and its window.
+fn turned(scene: &Scene, w: &Window, turn: DMat3) -> (Scene, Window) {
+    let (mut scene, mut w) = (scene.clone(), w.clone());
+    for p in scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).chain(w.triangles.iter_mut().flatten()) {
+        *p = turn * *p;
+    }
+    w.frame = Frame { x: turn * w.frame.x, y: turn * w.frame.y, z: turn * w.frame.z };
+    (scene, w)
+}
+
+#[test]
+fn turning_the_room_and_sensors_on_its_surfaces_change_nothing() {
+    let Some(device) = Device::for_tests("sensors on surfaces") else { return };
+    let (scene, w) = asymmetric();
+    // Well above the floor, exactly on it (in the middle and in a corner), and on the dark wall.
+    let base = [([1.3, 2.0, 1e-3], DVec3::Z), ([1.3, 2.0, 0.0], DVec3::Z), ([3.0, 4.0, 1e-3], DVec3::Z), ([3.0, 4.0, 0.0], DVec3::Z), ([1e-3, 2.0, 1.0], DVec3::X), ([0.0, 2.0, 1.0], DVec3::X)];
+    let options = ViewOptions { bounces: Some(3), light_paths: 256, near_samples: 2048, ..ViewOptions::default() };
+    let mut first: Option<Vec<(f64, f64)>> = None;
+    for turn in [DMat3::IDENTITY, DMat3::from_rotation_z(0.4) * DMat3::from_rotation_x(0.9) * DMat3::from_rotation_y(-0.6)] {
+        let (scene, w) = turned(&scene, &w, turn);
+        let sensors: Vec<Sensor> =
+            base.iter().map(|(p, d)| Sensor { position: turn * DVec3::from_array(*p), direction: turn * *d, line: 0 }).collect();
+        let v = view(&device, &scene, &w, &sensors, &options);
+        let sums: Vec<(f64, f64)> = (0..sensors.len()).map(|row| row_sum(&v, row)).collect();
+        println!("{sums:.5?}");
+        for pair in sums.chunks(2) {
+            let error = pair[0].1.hypot(pair[1].1);
+            assert!((pair[0].0 - pair[1].0).abs() < 5.0 * error + 2e-3 * pair[0].0, "on the surface {:?}, above it {:?}", pair[1], pair[0]);
+        }
+        if let Some(first) = &first {
+            for (a, b) in first.iter().zip(&sums) {
+                assert!((a.0 - b.0).abs() < 5.0 * a.1.hypot(b.1) + 1e-3 * a.0, "turned {b:?}, not {a:?}");
+            }
+        }
+        first = Some(sums);
+    }
+}
+
+/// Irradiance from a polygon of radiance 1 (Lambert 1760), all of it above the sensor's horizon.
+fn polygon_irradiance(corners: &[DVec3], eye: DVec3, normal: DVec3) -> f64 {
+    let mut sum = 0.0;
+    for (i, &a) in corners.iter().enumerate() {
+        let (a, b) = ((a - eye).normalize(), (corners[(i + 1) % corners.len()] - eye).normalize());
+        let across = a.cross(b);
+        sum += across.length().atan2(a.dot(b)) * across.normalize_or_zero().dot(normal);
+    }
+    (sum / 2.0).abs()
+}
+
+#[test]
+fn windows_seen_edge_on_or_from_behind_give_what_geometry_says() {
+    let Some(device) = Device::for_tests("windows seen edge-on") else { return };
+    let corners = [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
+    let w = window(corners, DVec3::Y, DVec3::Z, KlemsBasis::Full);
+    let options = ViewOptions { bounces: Some(1), ..ViewOptions::default() };
+    // From 30° down to the very plane; facing the window, and with the window's plane as zenith.
+    for y in [1.0, 0.1, 1e-2, 1e-4, 1e-6] {
+        for normal in [DVec3::NEG_X, DVec3::new(-1.0, -0.2, 0.1)] {
+            let v = view(&device, &Scene::default(), &w, &[sensor([3.0, y, 0.4], normal.to_array())], &options);
+            let exact = polygon_irradiance(&corners.map(DVec3::from_array), DVec3::new(3.0, y, 0.4), normal.normalize());
+            let found = row_sum(&v, 0).0;
+            assert!((found / exact - 1.0).abs() < 1e-3, "y {y}: {found}, not {exact}");
+        }
+    }
+    // In its plane, behind it, and on its surface facing away: exactly nothing, and no NaN.
+    let nothing = [
+        sensor([3.0, 0.0, 0.4], [-1.0, 0.0, 0.0]),
+        sensor([0.5, -1.0, 0.5], [0.0, 1.0, 0.0]),
+        sensor([0.5, 0.0, 0.5], [0.0, 1.0, 0.0]),
+        sensor([0.5, 2.0, 0.5], [0.0, 1.0, 0.0]),
+    ];
+    let v = view(&device, &Scene::default(), &w, &nothing, &options);
+    assert!(v.total.data().iter().all(|&x| x == 0.0));
+    // The same behind a window of a closed room: its other side is no part of the scene's light.
+    let (scene, w) = asymmetric();
+    let options = ViewOptions { bounces: Some(3), light_paths: 32, ..ViewOptions::default() };
+    let v = view(&device, &scene, &w, &[sensor([1.0, -0.5, 1.5], [0.0, 1.0, 0.0])], &options);
+    assert_eq!(row_sum(&v, 0).0, 0.0, "light leaks through the window's back or the wall");
+}
+
+#[test]
+fn where_short_connections_end_changes_nothing() {
+    let Some(device) = Device::for_tests("short connections") else { return };
+    let (scene, w) = asymmetric();
+    // Beside the dark wall, in a corner, beside the pillar.
+    let sensors = [sensor([0.05, 2.0, 0.4], [0.5, 0.0, 1.0]), sensor([0.1, 4.9, 0.1], [0.0, 0.0, 1.0]), sensor([2.95, 1.7, 1.0], [-0.3, 0.0, 1.0])];
+    compare_splits(&device, &scene, &w, &sensors, &[0.05, 0.5, 3.0, 1e6]);
+    // A peephole: all that comes from it is tiny.
+    let b = Builder { scene };
+    let hole = window([[1.0, 0.01, 1.5], [1.0, 0.01, 1.51], [1.01, 0.01, 1.51], [1.01, 0.01, 1.5]], DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
+    compare_splits(&device, &b.scene, &hole, &sensors, &[5.0, 100.0, 1e6]);
+}
+
+/// V for several radii within which connections are left to paths from the sensors: all unbiased.
+fn compare_splits(device: &Device, scene: &Scene, w: &Window, sensors: &[Sensor], radii: &[f32]) {
+    let results: Vec<TracedMatrix> = radii
+        .iter()
+        .map(|&near_radius| {
+            let options = ViewOptions { bounces: Some(3), light_paths: 256, near_samples: 4096, near_radius, ..ViewOptions::default() };
+            view(device, scene, w, sensors, &options)
+        })
+        .collect();
+    for row in 0..sensors.len() {
+        let sums: Vec<(f64, f64)> = results.iter().map(|v| row_sum(v, row)).collect();
+        println!("sensor {row}: {sums:?}");
+        for pair in sums.windows(2) {
+            let difference = (pair[0].0 - pair[1].0).abs();
+            // Not so uncertain that everything agrees.
+            let error = pair[0].1.hypot(pair[1].1);
+            assert!(difference < 4.5 * error && error < 0.08 * pair[0].0, "sensor {row}: {sums:?} at radii {radii:?}");
+        }
+    }
+}
+
+#[test]
+fn a_long_corridor_is_lit_by_many_reflections() {
+    let Some(device) = Device::for_tests("long corridor") else { return };
+    let mut b = Builder::default();
+    let wall = b.grey(0.85);
+    b.room([0.0; 3], [1.0, 10.0, 1.0], wall, &[2]);
+    let w = window([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 0.0]], DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
+    let sensors = [sensor([0.3, 9.5, 0.5], [0.0, -1.0, 0.0]), sensor([0.5, 7.0, 0.1], [0.0, 0.0, 1.0])];
+    let options = ViewOptions { light_paths: 256, near_samples: 1024, ..ViewOptions::default() };
+    let v = view(&device, &b.scene, &w, &sensors, &options);
+    for (row, s) in sensors.iter().enumerate() {
+        let samples = 400_000;
+        let r = reference::view_row(&b.scene, std::slice::from_ref(&w), s.position, s.direction, u32::MAX, samples, 21 + row as u64);
+        assert_agrees(&format!("corridor, sensor {row}"), &v, row, &r, samples);
+    }
+    // Truncated, most of it is missing: what is tested above is indeed light of many reflections.
+    let short = view(&device, &b.scene, &w, &sensors, &ViewOptions { bounces: Some(4), ..options });
+    assert!(row_sum(&short, 1).0 < 0.5 * row_sum(&v, 1).0);
+}
+
+#[test]
+fn paths_cut_off_by_the_device_are_an_error_not_darkness() {
+    let Some(device) = Device::for_tests("paths cut off") else { return };
+    // Light to and fro between two perfect mirrors, each time past thousands of surfaces that it
+    // misses by little.
+    let mut b = Builder::default();
+    let mirror = b.material(MaterialKind::Mirror { color: [1.0; 3] });
+    let slat = b.grey(0.5);
+    b.quad([[-9.0, 0.1, 9.0], [9.0, 0.1, 9.0], [9.0, 0.1, -9.0], [-9.0, 0.1, -9.0]], mirror);
+    b.quad([[-9.0, -3.0, -9.0], [9.0, -3.0, -9.0], [9.0, -3.0, 9.0], [-9.0, -3.0, 9.0]], mirror);
+    for k in 0..4000 {
+        let y = -0.2 - 2.6 * f64::from(k) / 4000.0;
+        let [p, q, r] = [[-2.0, y, -2.0], [2.0, y, -2.0], [-2.0, y, 2.0]].map(DVec3::from_array);
+        b.scene.triangles.push(crate::scene::Triangle { vertices: [p, q, r], material: slat, surface: 0 });
+    }
+    let w = window([[0.8, 0.0, 0.8], [0.8, 0.0, 0.9], [0.9, 0.0, 0.9], [0.9, 0.0, 0.8]], DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
+    let options = DaylightOptions { paths: 1, batches: 2, ..DaylightOptions::default() };
+    let result = daylight_matrix::compute(&device, &b.scene, &w, ReinhartSky::new(1).unwrap(), &options, &Silent);
+    match (device.loop_limit().unwrap(), result) {
+        (Some(limit), Err(error)) => {
+            println!("limit {limit}: {error}");
+            assert!(error.to_string().contains("cut off by the device"), "{error}");
+        }
+        (None, Ok(_)) => {}
+        (limit, result) => panic!("limit {limit:?}, but {:?}", result.map(|_| "a result")),
+    }
+}

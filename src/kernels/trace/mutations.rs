@@ -1,0 +1,130 @@
+//! Tests of the tests: each fault put into a shader must make the comparison with the f64
+//! references fail.
+
+use super::comparison::agrees;
+use super::reference::{self, Estimate};
+use super::rooms::{Builder, asymmetric, sensor, street};
+use crate::bins::ReinhartSky;
+use crate::gpu::{Device, mutation};
+use crate::kernels::daylight_matrix::{self, DaylightOptions};
+use crate::kernels::view_matrix::{self, ViewOptions};
+use crate::progress::Silent;
+use crate::scene::points::Sensor;
+use crate::scene::{MaterialKind, Scene, Window};
+
+const SAMPLES: usize = 60_000;
+
+/// A room with a mirror and a pane, and its reference.
+struct View {
+    scene: Scene,
+    window: Window,
+    sensors: Vec<Sensor>,
+    rows: Vec<Vec<[Estimate; 3]>>,
+}
+
+impl View {
+    fn new() -> Self {
+        let (scene, window) = asymmetric();
+        let mut b = Builder { scene };
+        let mirror = b.material(MaterialKind::Mirror { color: [0.8, 0.7, 0.6] });
+        let glass = b.material(MaterialKind::Glass { transmissivity: [0.8, 0.7, 0.6], refraction_index: 1.52 });
+        b.quad([[3.9, 0.5, 2.5], [3.9, 2.5, 2.5], [3.9, 2.5, 0.5], [3.9, 0.5, 0.5]], mirror);
+        b.quad([[0.2, 1.0, 0.3], [2.5, 1.0, 0.3], [2.5, 1.0, 2.7], [0.2, 1.0, 2.7]], glass);
+        let sensors = vec![sensor([2.5, 1.4, 1.0], [1.0, 0.0, 0.2]), sensor([1.2, 2.0, 0.1], [0.1, 0.0, 1.0])];
+        let rows = sensors
+            .iter()
+            .map(|s| reference::view_row(&b.scene, std::slice::from_ref(&window), s.position, s.direction, 3, SAMPLES, 3))
+            .collect();
+        Self { scene: b.scene, window, sensors, rows }
+    }
+
+    fn compare(&self, device: &Device) -> Result<String, String> {
+        let options = ViewOptions { bounces: Some(3), light_paths: 96, near_samples: 1024, near_radius: 1.0, ..ViewOptions::default() };
+        let v = view_matrix::compute(device, &self.scene, std::slice::from_ref(&self.window), &self.sensors, &options, &Silent)
+            .map_err(|e| e.to_string())?;
+        self.rows.iter().enumerate().map(|(row, r)| agrees(&v, row, r, SAMPLES)).collect()
+    }
+}
+
+/// A street and its reference.
+struct Daylight {
+    scene: Scene,
+    window: Window,
+    rows: Vec<(usize, Vec<[Estimate; 3]>)>,
+}
+
+impl Daylight {
+    fn new() -> Self {
+        let (scene, window) = street();
+        let sky = ReinhartSky::new(1).unwrap();
+        let rows = [13, 80, 136, 141].map(|bin| (bin, reference::daylight_row(&scene, &window, bin, sky, 2, SAMPLES, 3)));
+        Self { scene, window, rows: rows.into() }
+    }
+
+    fn compare(&self, device: &Device) -> Result<String, String> {
+        let options = DaylightOptions { bounces: Some(2), paths: 256, ..DaylightOptions::default() };
+        let sky = ReinhartSky::new(1).unwrap();
+        let d = daylight_matrix::compute(device, &self.scene, &self.window, sky, &options, &Silent).map_err(|e| e.to_string())?;
+        self.rows.iter().map(|(bin, r)| agrees(&d, *bin, r, SAMPLES)).collect()
+    }
+}
+
+/// File, text, and the fault put in its place.
+const VIEW_FAULTS: &[(&str, &str, &str)] = &[
+    ("trace/light_paths", "rings[ring].cos2_low - rings[ring].cos2_high", "rings[ring].cos2_low + rings[ring].cos2_high"),
+    ("trace/light_paths", "path.flux /= survival;", ""),
+    ("trace/light_compact", "if light.strength > 0.0 {", "if light.strength > 0.002 {"),
+    ("trace/view_gather", "let cos_light = -dot(", "let cos_light = dot("),
+    ("trace/view_gather", "distance2 * max(distance2, near2)", "distance2 * distance2"),
+    ("trace/view_gather", "* 0.3183098861837907", "* 0.35"),
+    ("trace/view_direct", "windows[to_window.window], -to_window.direction", "windows[to_window.window], to_window.direction"),
+    ("trace/view_direct", "let value = passed * share + 0.5;", "let value = passed * passed * share + 0.5;"),
+    ("trace/view_near", "1.0 - ratio * ratio", "1.0 - ratio"),
+    ("trace/view_near", "specular_before = true;", "specular_before = false;"),
+    ("shared/window", "sqrt(max(1.0 - z * z, 0.0))", "max(1.0 - z * z, 0.0)"),
+    ("shared/bins", "azimuth / TAU * f32(bins) + 0.5", "azimuth / TAU * f32(bins) + 1.0"),
+    ("shared/material", "let mirrored = incoming + 2.0 * cosine * facing;", "let mirrored = incoming + 1.9 * cosine * facing;"),
+];
+
+const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[
+    ("trace/daylight_paths", "var direction = -window_bin_direction", "var direction = window_bin_direction"),
+    ("trace/daylight_paths", "bounces > params.most_bounces", "bounces >= params.most_bounces"),
+    ("trace/daylight_paths", "weight *= event.weight;", "weight *= event.weight.zyx;"),
+    ("shared/sky", "atan2(direction.x, direction.y)", "atan2(direction.y, direction.x)"),
+    ("shared/sky", "direction.z >= sky_rows[row + 1u].sin_low", "direction.z >= sky_rows[row].sin_low"),
+    ("shared/window", "f32(bin - r.first) + random.y - 0.5", "f32(bin - r.first) + random.y"),
+    ("shared/material", "let radius = sqrt(random.x);", "let radius = random.x;"),
+    ("shared/material", "let s = (cosine - index * inside)", "let s = (cosine - inside)"),
+    ("shared/material", "exp(-5.85 * cosine) - 0.00287989916", "exp(-5.85 * cosine) + 0.1"),
+    ("shared/random", "v = v ^ ((v >> 2u) & 0x33333333u);", ""),
+    ("shared/bvh", "hit.barycentric.x + (c - a)", "hit.barycentric.y + (c - a)"),
+    ("shared/bvh", "let octant = select(0x04040404u, 0u, inverse.x < 0.0)", "let octant = select(0u, 0x04040404u, inverse.x < 0.0)"),
+];
+
+fn survivors(device: &Device, faults: &[(&str, &str, &str)], compare: &dyn Fn(&Device) -> Result<String, String>) -> Vec<String> {
+    compare(device).unwrap_or_else(|e| panic!("without a fault: {e}"));
+    let mut survivors = Vec::new();
+    for (path, from, to) in faults {
+        match mutation::with(path, from, to, || compare(device)) {
+            Ok(found) => survivors.push(format!("{path}: '{from}' may be '{to}': {found}")),
+            Err(found) => println!("{path}: '{to}' is found out: {found}"),
+        }
+    }
+    survivors
+}
+
+#[test]
+fn faults_in_the_shaders_of_the_view_matrix_are_found_out() {
+    let Some(device) = Device::for_tests("faults in view matrix shaders") else { return };
+    let view = View::new();
+    let survivors = survivors(&device, VIEW_FAULTS, &|device| view.compare(device));
+    assert!(survivors.is_empty(), "{}", survivors.join("\n"));
+}
+
+#[test]
+fn faults_in_the_shaders_of_the_daylight_matrix_are_found_out() {
+    let Some(device) = Device::for_tests("faults in daylight matrix shaders") else { return };
+    let daylight = Daylight::new();
+    let survivors = survivors(&device, DAYLIGHT_FAULTS, &|device| daylight.compare(device));
+    assert!(survivors.is_empty(), "{}", survivors.join("\n"));
+}
