@@ -176,7 +176,8 @@ fn a_project_gives_its_illuminances_and_goes_on_where_it_was() {
     room.replace("points.txt", "1.5 3 1.2 1 0 0", "1.6 3 1.2 1 0 0");
     assert!(room.run().status.success());
     let summary: serde_json::Value = serde_json::from_slice(&fs::read(room.path("out/summary.json")).unwrap()).unwrap();
-    let reused: Vec<_> = summary["matrices"].as_array().unwrap().iter().map(|m| (m["name"].as_str().unwrap(), m["reused"] == true)).collect();
+    let reused: Vec<_> =
+        summary["matrices"].as_array().unwrap().iter().map(|m| (m["name"].as_str().unwrap(), m["reused"] == true)).collect();
     assert_eq!(reused, [("S", true), ("V_room", false), ("D_south", true)]);
 }
 

@@ -235,10 +235,9 @@ fn the_double_glazing_obeys_fresnel_and_bouguer() {
     for ring in basis.rings() {
         // Mean over the ring, uniform in projected solid angle.
         let n = 500;
-        let mean: f64 = (0..n)
-            .map(|i| transmitted(basis.direction(ring.first, (f64::from(i) + 0.5) / f64::from(n), 0.5).z.acos()))
-            .sum::<f64>()
-            / f64::from(n);
+        let mean: f64 =
+            (0..n).map(|i| transmitted(basis.direction(ring.first, (f64::from(i) + 0.5) / f64::from(n), 0.5).z.acos())).sum::<f64>()
+                / f64::from(n);
         for bin in ring.first..ring.first + ring.bins {
             let found = transmittance(&t, &basis, bin);
             assert!((found - mean).abs() < 2e-4, "bin {bin}: {found}, not {mean}");

@@ -105,8 +105,7 @@ fn distance(lux: &Matrix<f64>, reference: &Matrix<f32>) -> Distance {
 
 /// The references were made with the weights 47.4 119.9 11.6 instead of 47.448 119.951 11.601;
 /// the light is nearly that of the sky, 0.96 1.004 1.118.
-const REFERENCE_WEIGHTS: f64 =
-    (47.4 * 0.96 + 119.9 * 1.004 + 11.6 * 1.118) / (47.44827 * 0.96 + 119.95052 * 1.004 + 11.60121 * 1.118);
+const REFERENCE_WEIGHTS: f64 = (47.4 * 0.96 + 119.9 * 1.004 + 11.6 * 1.118) / (47.44827 * 0.96 + 119.95052 * 1.004 + 11.60121 * 1.118);
 
 /// Seeds whose mean is compared: the issue is bias, and the worst of 100 sensors must not decide
 /// by its own noise.

@@ -182,7 +182,12 @@ fn pictures(args: &Args, output: &str, hours: Option<Vec<usize>>, warnings: &mut
 }
 
 /// The product of all factors but V, for the hours wanted: those named, else all that are not black.
-fn coefficients(multiplier: &dyn Multiplier, view: &PictureView, mut factors: Vec<Factor>, hours: Option<Vec<usize>>) -> Result<(Vec<usize>, Matrix<f32>)> {
+fn coefficients(
+    multiplier: &dyn Multiplier,
+    view: &PictureView,
+    mut factors: Vec<Factor>,
+    hours: Option<Vec<usize>>,
+) -> Result<(Vec<usize>, Matrix<f32>)> {
     let mut shapes = vec![(view.name(), view.pixels(), view.bins, 3)];
     shapes.extend(factors.iter().map(|f| (&*f.name, f.matrix.rows(), f.matrix.cols(), f.matrix.components())));
     check_shapes(&shapes)?;
@@ -201,7 +206,8 @@ fn coefficients(multiplier: &dyn Multiplier, view: &PictureView, mut factors: Ve
 
 /// `1164,1929,8-17`.
 fn parse_hours(text: &str) -> Result<Vec<usize>> {
-    let bad = |part: &str| Error::new(format!("'{part}' is no hour and no range")).field("--hours").help("write for instance 1164,1929 or 8-17");
+    let bad =
+        |part: &str| Error::new(format!("'{part}' is no hour and no range")).field("--hours").help("write for instance 1164,1929 or 8-17");
     let mut hours = Vec::new();
     for part in text.split(',') {
         let number = |s: &str| s.trim().parse::<usize>().map_err(|_| bad(part));
@@ -232,7 +238,9 @@ fn parse_memory(text: &str) -> Result<u64> {
     };
     let number = scale.and_then(|_| bare[..bare.len() - 1].trim().parse::<f64>().ok());
     let value = scale.zip(number).map(|(s, n)| s as f64 * n).filter(|v| v.is_finite() && *v >= 1.0 && *v < 1e18);
-    value.map(|v| v as u64).ok_or_else(|| Error::new(format!("'{text}' is no amount of memory")).field("--memory").help("write for instance 512M or 4G"))
+    value
+        .map(|v| v as u64)
+        .ok_or_else(|| Error::new(format!("'{text}' is no amount of memory")).field("--memory").help("write for instance 512M or 4G"))
 }
 
 #[cfg(test)]

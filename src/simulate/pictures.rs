@@ -11,13 +11,13 @@
 //! nothing else.
 
 use crate::error::{Error, Result, Warnings};
+use crate::files::AtomicFile;
 use crate::gpu::Plan;
+use crate::image::Picture;
 use crate::image::exr;
 use crate::image::hdr::{self, Exposure, ScanlineWriter};
 use crate::image::series::{Pattern, PictureSet, SetRows};
-use crate::image::Picture;
 use crate::kernels::product::{Arrangement, Factor, Multiplier};
-use crate::files::AtomicFile;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
 use crate::matrix::rows::MatrixRows;
@@ -84,7 +84,9 @@ impl PictureView {
             }
         };
         if components != RGB {
-            return Err(Error::new(format!("a view matrix of pictures has 3 components, this one has {components}")).file(path).field("NCOMP"));
+            return Err(Error::new(format!("a view matrix of pictures has 3 components, this one has {components}"))
+                .file(path)
+                .field("NCOMP"));
         }
         let value = |key: &str| header.iter().rev().find_map(|l| l.strip_prefix(key)?.strip_prefix('=')).map(str::trim);
         let stated = value("RESOLUTION").map(|text| resolution(text).map_err(|e| e.file(path))).transpose()?;
@@ -132,8 +134,9 @@ fn resolution(text: &str) -> Result<[usize; 2]> {
         ["-Y", height, "+X", width] => width.parse().ok().zip(height.parse().ok()).filter(|(w, h)| *w > 0 && *h > 0),
         _ => None,
     };
-    size.map(|(width, height)| [width, height])
-        .ok_or_else(|| Error::new(format!("'{text}' is no resolution")).field("RESOLUTION").help("write for instance RESOLUTION=-Y 256 +X 256"))
+    size.map(|(width, height)| [width, height]).ok_or_else(|| {
+        Error::new(format!("'{text}' is no resolution")).field("RESOLUTION").help("write for instance RESOLUTION=-Y 256 +X 256")
+    })
 }
 
 /// Reads V from the top.
@@ -463,7 +466,13 @@ fn ready(multiplier: &dyn Multiplier, bins: usize, values: Vec<f32>) -> Result<B
 }
 
 /// Hands the results of all bands to the pictures.
-fn collect(take: &Receiver<Result<Piece>>, open: &mut [Sink], width: usize, advanced: &dyn Fn(usize), progress: &dyn Progress) -> Result<()> {
+fn collect(
+    take: &Receiver<Result<Piece>>,
+    open: &mut [Sink],
+    width: usize,
+    advanced: &dyn Fn(usize),
+    progress: &dyn Progress,
+) -> Result<()> {
     for (band, piece) in take.iter().enumerate() {
         let Piece { pixels, lit, values } = piece?;
         if progress.stop_requested() {

@@ -239,7 +239,11 @@ impl Run<'_> {
         let sky = self.project.method.sky;
         let rounds = rounds(self.project);
         let mut inputs = self.scene_fingerprint("D");
-        inputs.add(&(&window.window.triangles, &window.window.frame, &window.window.basis)).add(&sky).add(&daylight_options(self.project, index, 0)).add(&rounds);
+        inputs
+            .add(&(&window.window.triangles, &window.window.frame, &window.window.basis))
+            .add(&sky)
+            .add(&daylight_options(self.project, index, 0))
+            .add(&rounds);
         let name = format!("D_{}", window.name);
         let shape = (window.window.basis.len(), sky.len(), 3);
         let load = |suffix: &str| self.store.load(&format!("{name}{suffix}"), inputs, shape);

@@ -1,7 +1,7 @@
 //! Comparison of traced matrices with the f64 reference, by their standard errors.
 
 use super::reference::Estimate;
-use crate::kernels::view_matrix::TracedMatrix;
+use crate::kernels::trace::TracedMatrix;
 
 /// Chi-square-like comparison of a traced row with the reference: the deviations in units of their
 /// combined standard errors must be spread as noise is. Bins too rare for a normal distribution

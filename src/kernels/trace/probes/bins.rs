@@ -63,8 +63,12 @@ fn directions_fall_into_the_bins_of_the_tables() {
                 }
             })
             .collect();
-        let params =
-            BinProbeParams { count: n as u32, window: w as u32, sky_rows: sky.rows().count() as u32 + 1, row_height: sky.row_height() as f32 };
+        let params = BinProbeParams {
+            count: n as u32,
+            window: w as u32,
+            sky_rows: sky.rows().count() as u32 + 1,
+            row_height: sky.row_height() as f32,
+        };
         let params = device.uniform("params", &params).unwrap();
         let rows = device.upload("sky rows", &sky_rows(sky)).unwrap();
         let questions = device.upload("probes", &probes).unwrap();
@@ -94,7 +98,9 @@ fn directions_fall_into_the_bins_of_the_tables() {
             // Near the pole the sine is the root of a small difference: 3e-4 at worst.
             assert!(off < 1e-3 && is_inside(answer.direction, probe.bin as usize, &in_window), "bin {}: off by {off}", probe.bin);
         }
-        println!("window {w}, MF:{subdivision}: {differing:?} and {sky_differing:?} of {n} on the other side of a limit (near it, ordinary); directions within {worst:.1e}");
+        println!(
+            "window {w}, MF:{subdivision}: {differing:?} and {sky_differing:?} of {n} on the other side of a limit (near it, ordinary); directions within {worst:.1e}"
+        );
         assert!(differing[1] < 10 && sky_differing[1] < 10 + 5 * subdivision);
     }
 }

@@ -52,7 +52,10 @@ fn assert_tight(device: &Device, rays: u64) {
     let rooms = [
         ("a box along the axes", tables_of(box_room([-2.0, -3.0, -1.2], [2.0, 3.0, 1.5]), DMat3::IDENTITY)),
         ("an oblique box", tables_of(box_room([-2.1, -3.3, -1.2], [2.2, 3.1, 1.5]), oblique)),
-        ("an oblique box of many triangles", tables_of((0..4).fold(box_room([-2.0, -3.0, -1.2], [2.0, 3.0, 1.5]), |s, _| refined(&s, None)), oblique)),
+        (
+            "an oblique box of many triangles",
+            tables_of((0..4).fold(box_room([-2.0, -3.0, -1.2], [2.0, 3.0, 1.5]), |s, _| refined(&s, None)), oblique),
+        ),
         ("an oblique corridor", tables_of(box_room([-30.0, -0.7, -0.9], [28.0, 0.8, 1.1]), oblique)),
         ("a sphere", tables_of(sphere, oblique)),
     ];
@@ -63,16 +66,34 @@ fn assert_tight(device: &Device, rays: u64) {
         let counts = device.zeros::<LeakCounts>("leaks", 1).unwrap();
         let mut total = [0u64; 3];
         for seed in 0..dispatches {
-            let params = LeakProbeParams { seed: seed as u32, chains: CHAINS, rays_per_chain: RAYS_PER_CHAIN, triangles: tables.triangles.len() as u32 };
+            let params = LeakProbeParams {
+                seed: seed as u32,
+                chains: CHAINS,
+                rays_per_chain: RAYS_PER_CHAIN,
+                triangles: tables.triangles.len() as u32,
+            };
             let params = device.uniform("params", &params).unwrap();
             device.write(&counts, &[LeakCounts::default()]).unwrap();
-            run(device, "diagnostic/probe_leaks", Some(&scene), &[("params", &params), ("leaks", &counts)], [CHAINS / 64, 1, 1], Some(u64::from(CHAINS)));
+            run(
+                device,
+                "diagnostic/probe_leaks",
+                Some(&scene),
+                &[("params", &params), ("leaks", &counts)],
+                [CHAINS / 64, 1, 1],
+                Some(u64::from(CHAINS)),
+            );
             let found = device.read::<LeakCounts>(&counts).unwrap()[0];
             for (sum, n) in total.iter_mut().zip([found.missed, found.from_behind, found.met]) {
                 *sum += u64::from(n);
             }
         }
-        println!("{what}: {} triangles, {} rays, {} got out, {} met a surface from behind", tables.triangles.len(), total[2], total[0], total[1]);
+        println!(
+            "{what}: {} triangles, {} rays, {} got out, {} met a surface from behind",
+            tables.triangles.len(),
+            total[2],
+            total[0],
+            total[1]
+        );
         if total[0] + total[1] > 0 {
             leaks.push(format!("{what}: {} got out, {} met a surface from behind, of {}", total[0], total[1], total[2]));
         }

@@ -167,7 +167,14 @@ mod running {
 
     /// Runs a probe on a grid of workgroups with a scene bound. `finishing` is how many invocations
     /// report that they finished, if the probe counts them.
-    pub fn run(device: &Device, path: &str, scene: Option<&TraceScene>, own: &[(&str, &Buffer)], workgroups: [u32; 3], finishing: Option<u64>) {
+    pub fn run(
+        device: &Device,
+        path: &str,
+        scene: Option<&TraceScene>,
+        own: &[(&str, &Buffer)],
+        workgroups: [u32; 3],
+        finishing: Option<u64>,
+    ) {
         let kernel = Kernel::new(device, path, &[], &[]).unwrap();
         let counters = device.zeros::<Counters>("path counters", 1).unwrap();
         let mut bindings = scene.map_or_else(Vec::new, |s| s.bindings(&[]));

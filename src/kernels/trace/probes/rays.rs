@@ -62,7 +62,11 @@ fn check(device: &Device, what: &str, exact: &[[DVec3; 3]], tables: &TraceTables
             .filter(|(_, r)| r.clearance > -near && r.distance > -r.tolerance)
             .collect();
         // The nearest of those that no rounding can miss.
-        let nearest = sure.iter().filter(|(_, r)| r.clearance > near && r.distance > r.tolerance).map(|(_, r)| r.distance + r.tolerance).fold(f64::INFINITY, f64::min);
+        let nearest = sure
+            .iter()
+            .filter(|(_, r)| r.clearance > near && r.distance > r.tolerance)
+            .map(|(_, r)| r.distance + r.tolerance)
+            .fold(f64::INFINITY, f64::min);
         assert_eq!(answer.blocked == 1, answer.triangle != u32::MAX, "{what}: any hit and closest hit differ: {ray:?} {answer:?}");
         if answer.triangle == u32::MAX {
             assert!(nearest == f64::INFINITY, "{what}: {ray:?} missed a triangle at {nearest}");

@@ -44,8 +44,10 @@ impl Rectangle {
 fn windows_are_sampled_uniformly_in_solid_angle() {
     let Some(device) = Device::for_tests("directions towards windows") else { return };
     // A square in the south wall and a lower one in the west wall, both of about unit size.
-    let rectangles =
-        [Rectangle(DVec3::new(-0.5, 0.0, -0.5), DVec3::X, DVec3::Z), Rectangle(DVec3::new(-1.5, 1.0, -1.0), DVec3::Y * 1.2, DVec3::Z * 0.8)];
+    let rectangles = [
+        Rectangle(DVec3::new(-0.5, 0.0, -0.5), DVec3::X, DVec3::Z),
+        Rectangle(DVec3::new(-1.5, 1.0, -1.0), DVec3::Y * 1.2, DVec3::Z * 0.8),
+    ];
     let windows = [rectangles[0].window(DVec3::Y), rectangles[1].window(DVec3::X)];
     let mut tables = TraceTables::new(&Scene::default(), &windows, WindowSurfaces::Open).unwrap();
     // The tables' own units.
@@ -71,7 +73,14 @@ fn windows_are_sampled_uniformly_in_solid_angle() {
         let params = device.uniform("params", &params).unwrap();
         let unanswered = WindowAnswer { weight: f32::NAN, ..WindowAnswer::default() };
         let answers = device.upload("answers", &vec![unanswered; count as usize]).unwrap();
-        run(&device, "diagnostic/probe_windows", Some(&scene), &[("params", &params), ("answers", &answers)], [count.div_ceil(64), 1, 1], None);
+        run(
+            &device,
+            "diagnostic/probe_windows",
+            Some(&scene),
+            &[("params", &params), ("answers", &answers)],
+            [count.div_ceil(64), 1, 1],
+            None,
+        );
         // Cells of an 8 × 8 grid on each window: sums of weights against their exact solid angles.
         let cells = 8;
         let mut found = vec![0.0; 2 * cells * cells];
@@ -81,7 +90,10 @@ fn windows_are_sampled_uniformly_in_solid_angle() {
             let (u, v) = (p.dot(r.1) / r.1.length_squared(), p.dot(r.2) / r.2.length_squared());
             let off = p.dot(r.1.cross(r.2).normalize()).abs();
             let margin = 2e-6 * eye.length().max(10.0);
-            assert!(off < margin && (-margin..=1.0 + margin).contains(&u) && (-margin..=1.0 + margin).contains(&v), "{answer:?} is off its window: {u} {v} {off}");
+            assert!(
+                off < margin && (-margin..=1.0 + margin).contains(&u) && (-margin..=1.0 + margin).contains(&v),
+                "{answer:?} is off its window: {u} {v} {off}"
+            );
             let cell = |x: f64| ((x * cells as f64) as usize).min(cells - 1);
             found[(answer.window as usize * cells + cell(u)) * cells + cell(v)] += f64::from(answer.weight) / f64::from(count);
         }
@@ -120,8 +132,10 @@ fn points_of_a_window_are_uniform_in_area() {
     let n = tables.normalization;
     let scene = tables.upload(&device).unwrap();
     let count = 1u32 << 14;
-    let params = device.uniform("params", &WindowProbeParams { eye: [0.0, 5.0, 0.0], seed: 3, count, window_count: 1, padding: [0; 2] }).unwrap();
-    let answers = device.upload("answers", &vec![WindowAnswer { point: [f32::NAN; 3], ..WindowAnswer::default() }; count as usize]).unwrap();
+    let params =
+        device.uniform("params", &WindowProbeParams { eye: [0.0, 5.0, 0.0], seed: 3, count, window_count: 1, padding: [0; 2] }).unwrap();
+    let answers =
+        device.upload("answers", &vec![WindowAnswer { point: [f32::NAN; 3], ..WindowAnswer::default() }; count as usize]).unwrap();
     run(&device, "diagnostic/probe_windows", Some(&scene), &[("params", &params), ("answers", &answers)], [count.div_ceil(64), 1, 1], None);
     // Cells of 0.25 m: 32 in the first part, 24 in the second.
     let mut counts = std::collections::BTreeMap::new();
