@@ -239,21 +239,21 @@ impl Text {
             Anchor::End => "end",
         };
         let turn = if self.vertical { format!(" transform=\"rotate(-90 {} {})\"", number(x), number(y)) } else { String::new() };
-        let halo = self.halo.map_or(String::new(), |c| {
+        let letters = self.text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+        let line = |paint: &str| {
             format!(
-                " stroke=\"{}\" stroke-width=\"{}\" paint-order=\"stroke\" stroke-linejoin=\"round\"",
-                hex(c),
-                number((self.size / 5.0).max(2.0))
+                "<text x=\"{}\" y=\"{}\" font-size=\"{}\" {paint} text-anchor=\"{anchor}\"{turn}>{letters}</text>\n",
+                number(x),
+                number(y),
+                number(self.size)
             )
+        };
+        // The rim is a text of its own below: not all viewers paint outlines first.
+        let halo = self.halo.map_or(String::new(), |c| {
+            let rim = number((self.size / 5.0).max(2.0));
+            line(&format!("fill=\"{0}\" stroke=\"{0}\" stroke-width=\"{rim}\" stroke-linejoin=\"round\"", hex(c)))
         });
-        format!(
-            "<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\" text-anchor=\"{anchor}\"{turn}{halo}>{}</text>\n",
-            number(x),
-            number(y),
-            number(self.size),
-            hex(self.color),
-            self.text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-        )
+        halo + &line(&format!("fill=\"{}\"", hex(self.color)))
     }
 }
 

@@ -7,6 +7,7 @@ pub mod exr;
 pub mod falsecolor;
 pub mod font;
 pub mod hdr;
+pub mod hemisphere;
 pub mod legend;
 pub mod palette;
 pub mod series;
