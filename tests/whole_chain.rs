@@ -65,7 +65,7 @@ seed = {seed}
     let mut warnings = Warnings::new();
     let project = Project::read(&file).unwrap();
     let inputs = Inputs::read(&project, &mut warnings).unwrap();
-    simulate::run(device, &project, &inputs, &out, &Silent, &warnings).unwrap();
+    simulate::run(device, &project, &inputs, &out, &Silent, &mut warnings).unwrap();
     read_matrix(&out.join("illuminance/workplane.mtx")).unwrap().matrix
 }
 

@@ -39,6 +39,13 @@ fn report(args: &Args, summary: &Summary) {
         let file = args.output.join("illuminance").join(format!("{}.mtx", sensors.name));
         println!("{}: {} sensors, {} hours, mean {:.0} lx", file.display(), sensors.count, summary.hours, sensors.mean_illuminance_lx);
     }
+    for view in &summary.views {
+        let place = match view.pictures {
+            0 => args.output.join("matrices").join(format!("V_{}.mtx", view.name)),
+            _ => args.output.join("images").join(&view.name),
+        };
+        println!("{}: {} pixels, {} pictures", place.display(), view.pixels, view.pictures);
+    }
     if let Some(e) = summary.estimated_error {
         println!(
             "standard error: {:.2} % of a sensor's year, {:.2} % of a single hour (medians)",

@@ -121,6 +121,9 @@ fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
 
 /// Sensors must see some window from its room side, or its normal points the wrong way.
 fn check_side(window: &ProjectWindow, groups: &[SensorGroup]) -> Result<()> {
+    if groups.is_empty() {
+        return Ok(());
+    }
     let corners = || window.window.triangles.iter().flatten();
     let inside = |sensor: &Sensor| corners().any(|c| (sensor.position - *c).dot(window.window.frame.z) > 0.0);
     if groups.iter().flat_map(|g| &g.sensors).any(inside) {

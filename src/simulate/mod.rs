@@ -12,9 +12,10 @@ mod run;
 mod store;
 mod summary;
 mod table;
+pub mod views;
 
 pub use inputs::Inputs;
 pub use project::Project;
 pub use results::EstimatedError;
 pub use run::run;
-pub use summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary};
+pub use summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};

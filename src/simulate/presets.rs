@@ -2,6 +2,7 @@
 
 use super::project::{Preset, Project};
 use crate::kernels::daylight_matrix::DaylightOptions;
+use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::view_matrix::ViewOptions;
 
 /// How often a matrix is traced anew, with other random numbers, and averaged. Errors fall with
@@ -51,4 +52,15 @@ pub fn daylight_options(project: &Project, window: usize, round: u32) -> Dayligh
         seed: seed(project, window, round),
         ..standard
     }
+}
+
+/// Sampling of the view matrix of a picture.
+pub fn image_options(project: &Project) -> ImageOptions {
+    let standard = ImageOptions::default();
+    let (light_paths, batches) = match project.quality.preset {
+        Preset::Draft => (standard.light_paths / 2, standard.batches),
+        Preset::Standard => (standard.light_paths, standard.batches),
+        Preset::Final => (standard.light_paths * 4, standard.batches * 2),
+    };
+    ImageOptions { bounces: project.method.bounces, light_paths, batches, seed: seed(project, 0, 0), ..standard }
 }

@@ -12,6 +12,12 @@
 //! [[sensors]]                         # any number
 //! name = "workplane"
 //! points = "points.txt"
+//! [[view]]                            # any number
+//! name = "desk"
+//! file = "views/fish.vf"
+//! resolution = [400, 400]
+//! [images]
+//! hours = "daylight"                  # "daylight" | "none" | [1164, 1929]
 //! [method]
 //! phases = 3
 //! sky_subdivision = 1                 # Reinhart MF
@@ -25,6 +31,7 @@
 //! that a section added later touches nothing else.
 
 use super::table::{Document, Table};
+use super::views::{ImageHours, ImagesSection, ViewSection};
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -43,6 +50,10 @@ pub struct Project {
     pub windows: Vec<WindowSection>,
     /// `[[sensors]]`
     pub sensors: Vec<SensorsSection>,
+    /// `[[view]]`
+    pub views: Vec<ViewSection>,
+    /// `[images]`
+    pub images: ImagesSection,
     /// `[method]`
     pub method: MethodSection,
     /// `[quality]`
@@ -151,18 +162,25 @@ impl Project {
         let scene = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
         let windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
         let sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
+        let views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
+        let images = ImagesSection::read(top.table("images")?)?;
         let method = MethodSection::read(top.table("method")?)?;
         let quality = QualitySection::read(top.table("quality")?)?;
         if windows.is_empty() {
             return Err(top.missing_section("window", "add [[window]] with name, surface and bsdf"));
         }
-        if sensors.is_empty() {
-            return Err(top.missing_section("sensors", "add [[sensors]] with name and points"));
+        if sensors.is_empty() && views.is_empty() {
+            return Err(top.missing_section("sensors", "add [[sensors]] with name and points, or [[view]] with name and file"));
+        }
+        if images.hours != ImageHours::None && views.is_empty() {
+            return Err(top.missing_section("view", "[images] needs at least one [[view]] with name and file"));
         }
         unique(&top, "window", windows.iter().map(|w| w.name.as_str()))?;
         unique(&top, "sensors", sensors.iter().map(|s| s.name.as_str()))?;
+        // Both give matrices V_NAME.
+        unique(&top, "view", sensors.iter().map(|s| s.name.as_str()).chain(views.iter().map(|v| v.name.as_str())))?;
         top.finish()?;
-        Ok(Self { file: file.to_path_buf(), weather, scene, windows, sensors, method, quality })
+        Ok(Self { file: file.to_path_buf(), weather, scene, windows, sensors, views, images, method, quality })
     }
 }
 
@@ -179,7 +197,7 @@ fn unique<'n>(top: &Table<'_, '_>, section: &str, names: impl Iterator<Item = &'
 }
 
 /// A name that can be part of a file name on every system.
-fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
+pub(super) fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
     let name = table.required_string("name", help)?;
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
     if name.starts_with('.') || name.len() > 100 || !name.chars().all(allowed) {
@@ -354,6 +372,32 @@ seed = 0x2a
                 assert!(message.contains(word), "{to}: no '{word}' in: {message}");
             }
         }
+    }
+
+    #[test]
+    fn views_and_hours_of_pictures_are_read() {
+        let view = "[[view]]\nname = \"desk\"\nfile = \"m.rad\"\nresolution = [400, 300]\n";
+        let p = read(&format!("{GOOD}{view}[images]\nhours = [12, 3]\n")).unwrap();
+        assert_eq!((p.views[0].name.as_str(), p.views[0].resolution), ("desk", [400, 300]));
+        assert_eq!(p.images.hours, ImageHours::Chosen(vec![12, 3]));
+        assert_eq!(read(&format!("{GOOD}{view}[images]\nhours = \"daylight\"\n")).unwrap().images.hours, ImageHours::Daylight);
+        assert_eq!(read(GOOD).unwrap().images.hours, ImageHours::None);
+        for (wrong, words) in [
+            ("resolution = [400]", "two numbers"),
+            ("resolution = [400, 0]", "out of range"),
+            ("resolution = 400", "a list of whole numbers"),
+            ("name = \"workplane\"", "two sections"),
+        ] {
+            let line = if wrong.starts_with("name") {
+                view.replace("name = \"desk\"", wrong)
+            } else {
+                view.replace("resolution = [400, 300]", wrong)
+            };
+            let message = complaint(&format!("{GOOD}{line}"));
+            assert!(message.contains(words), "{wrong}: {message}");
+        }
+        assert!(complaint(&format!("{GOOD}[images]\nhours = \"daylight\"\n")).contains("[[view]]"));
+        assert!(complaint(&format!("{GOOD}{view}[images]\nhours = \"night\"\n")).contains("'night'"));
     }
 
     #[test]

@@ -2,12 +2,13 @@
 
 use super::fingerprint::Fingerprint;
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
-use super::presets::{daylight_options, rounds, view_options};
+use super::presets::{daylight_options, image_options, rounds, view_options};
 use super::project::Project;
 use super::results::{self, Sampled};
 use super::rounds::average;
 use super::store::Store;
-use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary};
+use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
+use super::views::ViewJob;
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::trace::TraceStatistics;
@@ -29,6 +30,8 @@ use std::time::Instant;
 /// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
+/// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
+/// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for |
 /// | `summary.json` | [`Summary`] |
 ///
 /// Matrices of an earlier run into the same folder are used again if all their inputs are the same,
@@ -43,7 +46,7 @@ pub fn run(
     inputs: &Inputs,
     out: &Path,
     progress: &dyn Progress,
-    warnings: &Warnings,
+    warnings: &mut Warnings,
 ) -> Result<Summary> {
     let start = Instant::now();
     let store = Store::open(out)?;
@@ -82,7 +85,7 @@ struct WithError {
 }
 
 impl Run<'_> {
-    fn finish(&mut self, start: Instant, warnings: &Warnings) -> Result<Summary> {
+    fn finish(&mut self, start: Instant, warnings: &mut Warnings) -> Result<Summary> {
         let clock = Instant::now();
         let sky = self.sky()?;
         self.seconds.sky = clock.elapsed().as_secs_f64();
@@ -128,9 +131,10 @@ impl Run<'_> {
 
         let clock = Instant::now();
         let sensors = self.write(&lux)?;
+        let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
         self.seconds.total = start.elapsed().as_secs_f64();
-        let summary = self.summary(sensors, estimated_error, warnings);
+        let summary = self.summary(sensors, views, estimated_error, warnings);
         summary.write(&self.store.summary_path())?;
         Ok(summary)
     }
@@ -185,6 +189,10 @@ impl Run<'_> {
         self.check_stop()?;
         let rounds = rounds(self.project);
         let groups = &self.inputs.sensors;
+        if groups.is_empty() {
+            let none = Matrix::zeros(0, self.inputs.bins(), 3);
+            return Ok(WithError { total: none.clone(), standard_error: none });
+        }
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
         let mut inputs = self.scene_fingerprint("V");
@@ -316,7 +324,52 @@ impl Run<'_> {
         Ok(sensors)
     }
 
-    fn summary(&self, sensors: Vec<SensorSummary>, estimated_error: Option<results::EstimatedError>, warnings: &Warnings) -> Summary {
+    /// View matrices and pictures of all `[[view]]`s.
+    fn pictures(
+        &mut self,
+        multiplier: &dyn product::Multiplier,
+        transmitted: &Matrix<f64>,
+        sky: &Matrix<f32>,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<ViewSummary>> {
+        let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
+        let mut summaries = Vec::new();
+        for view in &self.project.views {
+            let clock = Instant::now();
+            self.check_stop()?;
+            let options = image_options(self.project);
+            let job = ViewJob {
+                device: self.device,
+                scene: &self.inputs.scene,
+                windows: &windows,
+                view,
+                options,
+                store: self.store,
+                progress: self.progress,
+            };
+            let mut inputs = self.scene_fingerprint("V of pictures");
+            for window in &windows {
+                inputs.add(&(&window.triangles, &window.frame, &window.basis));
+            }
+            inputs.add(&view.raster()?).add(&options);
+            let mut statistics = TraceStatistics::default();
+            let (rows, columns, reused) = job.matrix(inputs, &mut statistics)?;
+            let seconds = clock.elapsed().as_secs_f64();
+            self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds });
+            self.count(statistics, clock);
+            let pictures = job.pictures(multiplier, transmitted, sky, &self.project.images.hours, warnings)?;
+            summaries.push(ViewSummary { name: view.name.clone(), pixels: rows, pictures });
+        }
+        Ok(summaries)
+    }
+
+    fn summary(
+        &self,
+        sensors: Vec<SensorSummary>,
+        views: Vec<ViewSummary>,
+        estimated_error: Option<results::EstimatedError>,
+        warnings: &Warnings,
+    ) -> Summary {
         let (project, rays) = (self.project, self.statistics.segments);
         Summary {
             program: format!("lucarne {}", env!("CARGO_PKG_VERSION")),
@@ -328,6 +381,7 @@ impl Run<'_> {
             bounces: project.method.bounces,
             hours: self.inputs.weather.records.len(),
             sensors,
+            views,
             matrices: self.matrices.clone(),
             product: self.product.clone(),
             seconds: self.seconds,

@@ -7,7 +7,7 @@ use crate::matrix::file::{Format, read_matrix, write_matrix};
 use std::path::{Path, PathBuf};
 
 /// Header key under which a matrix file keeps its [`Fingerprint`].
-const INPUTS: &str = "LUCARNE_INPUTS";
+pub(super) const INPUTS: &str = "LUCARNE_INPUTS";
 
 /// An output folder: `matrices/` and `illuminance/`.
 pub struct Store {
@@ -42,6 +42,16 @@ impl Store {
     /// Path of an illuminance file, `.mtx` or `.csv`.
     pub fn illuminance_path(&self, sensors: &str, extension: &str) -> PathBuf {
         self.folder.join("illuminance").join(format!("{sensors}.{extension}"))
+    }
+
+    /// Folder for the pictures of a view, made if need be.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn image_folder(&self, view: &str) -> Result<PathBuf> {
+        let path = self.folder.join("images").join(view);
+        std::fs::create_dir_all(&path).map_err(|e| Error::io(&path, &e))?;
+        Ok(path)
     }
 
     /// Path of the summary.

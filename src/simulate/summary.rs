@@ -27,6 +27,8 @@ pub struct Summary {
     pub hours: usize,
     /// Results per group of sensors.
     pub sensors: Vec<SensorSummary>,
+    /// Pictures per view.
+    pub views: Vec<ViewSummary>,
     /// The matrices.
     pub matrices: Vec<MatrixSummary>,
     /// What multiplied the matrices.
@@ -75,6 +77,17 @@ pub struct SensorSummary {
     pub count: usize,
     /// Mean over sensors and hours, lux.
     pub mean_illuminance_lx: f64,
+}
+
+/// One view.
+#[derive(Debug, Clone, Serialize)]
+pub struct ViewSummary {
+    /// Its name.
+    pub name: String,
+    /// Pixels of its pictures.
+    pub pixels: usize,
+    /// Pictures written.
+    pub pictures: usize,
 }
 
 /// One matrix file.

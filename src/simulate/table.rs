@@ -173,6 +173,42 @@ impl<'d, 'a> Table<'d, 'a> {
         }
     }
 
+    /// A list of whole numbers within limits.
+    pub fn integers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<Vec<u64>>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(DeValue::Array(items)) => items.iter().map(|i| self.listed(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
+            Some(other) => Err(self.wrong_type(key, other, "a list of whole numbers like [400, 400]")),
+        }
+    }
+
+    fn listed(&self, key: &str, item: &DeValue<'_>, limits: &std::ops::RangeInclusive<u64>) -> Result<u64> {
+        let DeValue::Integer(i) = item else { return Err(self.wrong_type(key, item, "a whole number")) };
+        let value = i64::from_str_radix(i.as_str(), i.radix()).ok().and_then(|v| u64::try_from(v).ok());
+        value.filter(|v| limits.contains(v)).ok_or_else(|| {
+            self.error(key, format!("the number {} is out of range", i.as_str())).help(format!(
+                "choose whole numbers from {} to {}",
+                limits.start(),
+                limits.end()
+            ))
+        })
+    }
+
+    /// A list of whole numbers within limits (`Ok`) or one of several words (`Err`).
+    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
+    pub fn integers_or_choice(
+        &mut self,
+        key: &'static str,
+        limits: std::ops::RangeInclusive<u64>,
+        words: &[&'static str],
+    ) -> Result<Option<std::result::Result<Vec<u64>, &'static str>>> {
+        if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
+            let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
+            return Ok(self.choice(key, &choices)?.map(Err));
+        }
+        Ok(self.integers(key, limits)?.map(Ok))
+    }
+
     /// A table inside this one.
     pub fn table(&mut self, key: &'static str) -> Result<Option<Table<'d, 'a>>> {
         let Some(value) = self.get(key) else { return Ok(None) };
