@@ -6,7 +6,8 @@ use super::rooms::{Builder, asymmetric, placed, sensor, street, window};
 use crate::bins::{Frame, KlemsBasis, ReinhartSky};
 use crate::gpu::Device;
 use crate::kernels::daylight_matrix::{self, DaylightOptions};
-use crate::kernels::view_matrix::{self, TracedMatrix, ViewOptions};
+use super::TracedMatrix;
+use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
 use crate::scene::{MaterialKind, Scene, Window};
@@ -285,8 +286,8 @@ fn paths_cut_off_by_the_device_are_an_error_not_darkness() {
     let mut b = Builder::default();
     let mirror = b.material(MaterialKind::Mirror { color: [1.0; 3] });
     let slat = b.grey(0.5);
-    b.quad([[-9.0, 0.1, 9.0], [9.0, 0.1, 9.0], [9.0, 0.1, -9.0], [-9.0, 0.1, -9.0]], mirror);
-    b.quad([[-9.0, -3.0, -9.0], [9.0, -3.0, -9.0], [9.0, -3.0, 9.0], [-9.0, -3.0, 9.0]], mirror);
+    b.quad([[-9.0, 0.1, -9.0], [9.0, 0.1, -9.0], [9.0, 0.1, 9.0], [-9.0, 0.1, 9.0]], mirror);
+    b.quad([[-9.0, -3.0, 9.0], [9.0, -3.0, 9.0], [9.0, -3.0, -9.0], [-9.0, -3.0, -9.0]], mirror);
     for k in 0..4000 {
         let y = -0.2 - 2.6 * f64::from(k) / 4000.0;
         let [p, q, r] = [[-2.0, y, -2.0], [2.0, y, -2.0], [-2.0, y, 2.0]].map(DVec3::from_array);
