@@ -2,7 +2,7 @@
 // meets nothing, or a surface from behind, has leaked.
 
 import package::shared::random::{hash_combine, hash_u32, unit_f32};
-import package::shared::bvh::{bvh_triangles, closest_hit, hit_point, triangle_normal, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
+import package::shared::bvh::{bvh_triangles, closest_hit, leave_surface, triangle_normal, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{cosine_direction};
 import package::shared::counters::{count_finished};
 
@@ -79,7 +79,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             break;
         }
         met += 1u;
-        position = offset_from_surface(hit_point(hit), facing);
+        position = leave_surface(hit, facing);
     }
     atomicAdd(&leaks.met, met);
     count_finished(ended || met == params.rays_per_chain);

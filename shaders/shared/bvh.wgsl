@@ -189,18 +189,32 @@ fn triangle_material(triangle: u32) -> u32 {
     return bitcast<u32>(bvh_triangles[triangle * 3u].w);
 }
 
-// The point of a hit, more exact than origin + distance · direction.
-fn hit_point(hit: Hit) -> vec3<f32> {
+// Largest coordinate, without its sign.
+fn extent(p: vec3<f32>) -> f32 {
+    return max(max(abs(p.x), abs(p.y)), abs(p.z));
+}
+
+// How far beside a surface near `point` a ray must start so that rounding cannot meet the surface
+// again. Coordinates are in units of the window's size with the origin near it.
+fn margin_at(point: vec3<f32>) -> f32 {
+    return (extent(point) + 0.5) * 4e-6;
+}
+
+// A start beside a surface. `side` is the unit normal of the side on which the ray goes on.
+fn offset_from_surface(point: vec3<f32>, side: vec3<f32>) -> vec3<f32> {
+    return point + side * margin_at(point);
+}
+
+// Where a ray goes on that has met a surface, on the side of the unit normal `side`. The point is
+// found from the corners, more exact than origin + distance · direction, but no more exact than
+// these; it is moved off the surface, and away from the triangle's edges so that at a corner of the
+// room it is not beyond the neighbour.
+fn leave_surface(hit: Hit, side: vec3<f32>) -> vec3<f32> {
     let a = bvh_triangles[hit.triangle * 3u].xyz;
     let b = bvh_triangles[hit.triangle * 3u + 1u].xyz;
     let c = bvh_triangles[hit.triangle * 3u + 2u].xyz;
-    return a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y;
-}
-
-// A start beside a surface, far enough that rounding cannot hit the same surface again. `side` is
-// the unit normal of the side on which the ray goes on. Coordinates are in units of the window's
-// size with the origin near it.
-fn offset_from_surface(point: vec3<f32>, side: vec3<f32>) -> vec3<f32> {
-    let size = max(max(abs(point.x), abs(point.y)), abs(point.z)) + 0.5;
-    return point + side * (size * 4e-6);
+    let point = a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y;
+    let margin = max(margin_at(point), max(max(extent(a), extent(b)), extent(c)) * 1e-6);
+    let inward = (a + b + c) / 3.0 - point;
+    return point + side * margin + inward * min(margin / max(length(inward), 1e-20), 0.01);
 }

@@ -1,7 +1,7 @@
 // Windows: their directional bins, points on them, and rays towards them.
 
 import package::shared::bins::{Ring, TAU, azimuth_bin};
-import package::shared::bvh::{closest_hit, hit_point, traverse, triangle_material, triangle_normal, offset_from_surface, NO_TRIANGLE};
+import package::shared::bvh::{closest_hit, leave_surface, traverse, triangle_material, triangle_normal, NO_TRIANGLE};
 import package::shared::material::{materials, glass_pane, MATERIAL_GLASS};
 
 struct Window {
@@ -208,7 +208,7 @@ fn straight_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32
         let normal = triangle_normal(hit.triangle);
         let cosine = dot(normal, direction);
         result *= glass_pane(material.specular, material.roughness, max(abs(cosine), 1e-6))[0];
-        start = offset_from_surface(hit_point(hit), select(-normal, normal, cosine > 0.0));
+        start = leave_surface(hit, select(-normal, normal, cosine > 0.0));
         left -= hit.distance;
         if left <= 0.0 {
             return result;

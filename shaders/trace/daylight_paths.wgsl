@@ -5,7 +5,7 @@
 // the scene is added to the sky patch of its direction. The mean over a bin's paths is a row of D.
 
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::sky::{sky_bin};
 import package::shared::window::{windows, window_point, window_bin_direction};
@@ -101,7 +101,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             weight *= params.roulette_weight / strength;
         }
-        position = offset_from_surface(hit_point(hit), side);
+        position = leave_surface(hit, side);
     }
     atomicAdd(&counters.segments, segment + 1u);
     count_finished(ended || segment == MOST_SEGMENTS);

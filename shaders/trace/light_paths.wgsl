@@ -7,7 +7,7 @@
 
 import package::shared::receiver::{VirtualLight};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::window::{windows, rings, window_point, window_bin_direction};
 import package::shared::counters::{counters, count_finished};
@@ -126,7 +126,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let side = select(facing, -facing, event.transmitted);
         let before = largest(path.flux);
         path.flux *= event.weight;
-        path.position = offset_from_surface(hit_point(hit), side);
+        path.position = leave_surface(hit, side);
         path.direction = event.direction;
         if event.lobe == LOBE_DIFFUSE {
             if may_reach(path.position, side) {

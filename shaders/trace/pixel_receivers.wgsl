@@ -5,7 +5,7 @@
 import package::shared::pixel::{TileParams};
 import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER};
 import package::shared::window::{windows, window_bin};
 import package::shared::counters::{count_finished};
@@ -80,7 +80,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             break;
         }
         let side = select(facing, -facing, event.transmitted);
-        origin = offset_from_surface(hit_point(hit), side);
+        origin = leave_surface(hit, side);
         direction = event.direction;
         if event.lobe == LOBE_DIFFUSE {
             receiver = Receiver(origin, ray.number, side, 0u);

@@ -3,8 +3,8 @@
 // weighted by what `view_gather` leaves out.
 
 import package::shared::receiver::{Receiver};
-import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
+import package::shared::random::{sample_pair, hash_combine, unit_f32};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_GLASS, MATERIAL_ABSORBER};
 import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
 import package::shared::counters::{counters, count_finished};
@@ -33,8 +33,10 @@ const MOST_SEGMENTS: u32 = 256u;
 // [batch][sensor][bin][rgb], fixed point.
 @group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
 
-fn deposit(row: u32, bin: u32, weight: vec3<f32>) {
-    let value = weight * params.unit + 0.5;
+// `dither`, random in [0, 1), rounds up or down so that what is less than a unit is kept in the mean:
+// light of small and distant windows.
+fn deposit(row: u32, bin: u32, weight: vec3<f32>, dither: f32) {
+    let value = weight * params.unit + dither;
     let cell = (row * params.bins + bin) * 3u;
     atomicAdd(&sums[cell], u32(value.x));
     atomicAdd(&sums[cell + 1u], u32(value.y));
@@ -64,6 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var ended = false;
     var segment = 0u;
     for (; segment < MOST_SEGMENTS; segment++) {
+        let dither = unit_f32(hash_combine(seed + 1u, index * MOST_SEGMENTS + segment));
         let hit = closest_hit(position, direction, FAR_AWAY);
         if hit.triangle == NO_TRIANGLE {
             ended = true;
@@ -76,7 +79,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let material = materials[triangle_material(hit.triangle)];
         if material.kind == MATERIAL_ABSORBER {
             if material.window > 0u && specular_before && front {
-                deposit(row, window_bin(windows[material.window - 1u], -direction), weight);
+                deposit(row, window_bin(windows[material.window - 1u], -direction), weight, dither);
             }
             ended = true;
             break;
@@ -90,7 +93,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             break;
         }
         let side = select(facing, -facing, event.transmitted);
-        position = offset_from_surface(hit_point(hit), side);
+        position = leave_surface(hit, side);
         direction = event.direction;
         let straight_pane = material.kind == MATERIAL_GLASS && event.transmitted;
         if event.lobe == LOBE_DIFFUSE {
@@ -112,7 +115,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             if to_window.weight > 0.0 && cosine > 0.0 {
                 let passed = straight_transmittance(position, to_window.direction, to_window.distance * 0.99999);
                 let share = passed * weight * (cosine * to_window.weight * 0.3183098861837907);
-                deposit(row, window_bin(windows[to_window.window], -to_window.direction), share);
+                deposit(row, window_bin(windows[to_window.window], -to_window.direction), share, dither);
             }
             direction = cosine_direction(side, slope);
             specular_before = false;

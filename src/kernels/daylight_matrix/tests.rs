@@ -24,8 +24,8 @@ fn a_street_without_symmetry_agrees_with_the_reference_bin_by_bin() {
     for bounces in [0, 2] {
         let options = DaylightOptions { bounces: Some(bounces), paths: 1024, ..DaylightOptions::default() };
         let d = compute(&device, &scene, &w, tregenza(), &options, &Silent).unwrap();
-        // One bin of every ring, all azimuths.
-        let rows: Vec<_> = [0, 5, 13, 38, 56, 80, 99, 127, 136, 141]
+        // Bins of every ring, more of those in which light comes from the sky.
+        let rows: Vec<_> = [0, 6, 13, 21, 38, 60, 64, 84, 111, 127, 141]
             .into_par_iter()
             .map(|bin| (bin, reference::daylight_row(&scene, &w, bin, tregenza(), bounces, 100_000, 5 + bin as u64)))
             .collect();
@@ -112,7 +112,7 @@ fn a_vertical_window_under_the_open_sky_agrees_with_quadrature() {
     let sky = tregenza();
     let d = compute(&device, &crate::scene::Scene::default(), &w, sky, &options, &Silent).unwrap();
     let n = 700;
-    let rows: Vec<(usize, Vec<f64>)> = [0, 3, 12, 30, 52, 71, 88, 100, 118, 130, 133, 142]
+    let rows: Vec<(usize, Vec<f64>)> = [0, 7, 21, 40, 58, 63, 83, 87, 105, 111, 129, 142]
         .into_par_iter()
         .map(|bin| {
             let mut row = vec![0.0; sky.len()];
@@ -146,10 +146,10 @@ fn nothing_is_lost_or_gained_where_nothing_absorbs() {
     let mut b = Builder::default();
     let white = b.grey(1.0);
     let mirror = b.material(MaterialKind::Mirror { color: [1.0; 3] });
-    // Large and slanted ground, a wall, slats and a mirror.
+    // Large and slanted ground, a wall, slats and a mirror that faces them all.
     b.quad([[-300.0, -600.0, -8.0], [300.0, -600.0, -4.0], [300.0, 300.0, 1.0], [-300.0, 300.0, -2.0]], white);
     b.quad([[-20.0, -9.0, -5.0], [4.0, -11.0, -5.0], [4.0, -11.0, 9.0], [-20.0, -9.0, 9.0]], white);
-    b.quad([[9.0, -8.0, -3.0], [9.0, -1.0, -3.0], [9.0, -1.0, 6.0], [9.0, -8.0, 6.0]], mirror);
+    b.quad([[9.0, -8.0, 6.0], [9.0, -1.0, 6.0], [9.0, -1.0, -3.0], [9.0, -8.0, -3.0]], mirror);
     for k in 0..20 {
         let z = 1.0 + 0.08 * f64::from(k);
         b.quad([[0.3, -0.10, z], [2.2, -0.10, z], [2.2, -0.02, z + 0.03], [0.3, -0.02, z + 0.03]], white);

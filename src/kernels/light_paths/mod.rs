@@ -88,9 +88,9 @@ gpu_struct! {
     }
 }
 
-/// Rounds of light paths after which an untruncated computation stops; roulette ends paths long
-/// before.
-const MOST_VERTICES: u32 = 256;
+/// Rounds of light paths after which an untruncated computation stops. Roulette ends all paths
+/// before, also between walls of reflectance 0.999 (a thousand rounds).
+const MOST_VERTICES: u32 = 1 << 14;
 /// Bound on what one path of `view_near` may add to one cell, sr.
 const NEAR_BOUND: f64 = 64.0;
 

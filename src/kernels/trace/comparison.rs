@@ -1,7 +1,7 @@
 //! Comparison of traced matrices with the f64 reference, by their standard errors.
 
 use super::reference::Estimate;
-use crate::kernels::trace::TracedMatrix;
+use super::TracedMatrix;
 
 /// Chi-square-like comparison of a traced row with the reference: the deviations in units of their
 /// combined standard errors must be spread as noise is. Bins too rare for a normal distribution
@@ -25,7 +25,7 @@ pub fn agrees(traced: &TracedMatrix, row: usize, reference: &[[Estimate; 3]], sa
             }
         }
     }
-    if count <= 5 {
+    if count < 2 {
         return Err(format!("only {count} entries can be compared"));
     }
     let mean_square = squares / f64::from(count);

@@ -27,6 +27,7 @@ use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
 use crate::scene::{Scene, Window};
+use glam::Vec3;
 use rayon::prelude::*;
 
 gpu_struct! {
@@ -175,6 +176,12 @@ pub fn compute(
     Ok(result)
 }
 
+/// A sensor that lies on a surface is moved a little to the side it faces (1e-5 of the windows'
+/// size), or rounding would put it behind the surface.
+fn beside_surface(position: Vec3, direction: Vec3) -> Vec3 {
+    position + direction * (1e-5 * (position.abs().max_element() + 0.5))
+}
+
 struct ViewTracer<'d> {
     device: &'d Device,
     tables: TraceTables,
@@ -212,7 +219,7 @@ impl<'d> ViewTracer<'d> {
             .iter()
             .enumerate()
             .map(|(i, s)| Receiver {
-                position: self.tables.normalization.point(s.position).to_array(),
+                position: beside_surface(self.tables.normalization.point(s.position), s.direction.normalize().as_vec3()).to_array(),
                 number: (first + i) as u32,
                 normal: s.direction.normalize().as_vec3().to_array(),
                 padding1: 0,

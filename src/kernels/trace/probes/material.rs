@@ -2,6 +2,7 @@
 
 use super::{MaterialAnswer, MaterialProbe, random::sample_pair, run};
 use crate::gpu::Device;
+use crate::kernels::trace::Material;
 use crate::kernels::trace::reference::{Random, glass_pane};
 use glam::DVec3;
 
@@ -10,7 +11,10 @@ fn answers(device: &Device, probes: &[MaterialProbe]) -> Vec<MaterialAnswer> {
     let unanswered = MaterialAnswer { transmitted: [f32::NAN; 3], direction: [f32::NAN; 3], ..MaterialAnswer::default() };
     let answers = device.upload("answers", &vec![unanswered; probes.len()]).unwrap();
     let groups = [(probes.len() as u32).div_ceil(64), 1, 1];
-    run(device, "diagnostic/probe_material", None, &[("probes", &questions), ("answers", &answers)], groups, None);
+    // The file of the functions under test binds the scene's materials, which they do not use.
+    let materials = device.zeros::<Material>("materials", 1).unwrap();
+    let own = [("materials", &materials), ("probes", &questions), ("answers", &answers)];
+    run(device, "diagnostic/probe_material", None, &own, groups, None);
     device.read(&answers).unwrap()
 }
 
@@ -18,7 +22,7 @@ fn answers(device: &Device, probes: &[MaterialProbe]) -> Vec<MaterialAnswer> {
 fn panes_transmit_and_reflect_as_fresnel_says() {
     // Radiance's manual: 88 % transmittance at normal incidence is a transmissivity of 0.96.
     let (t, r) = glass_pane([0.96; 3], 1.52, 1.0);
-    assert!((t[0] - 0.88).abs() < 1e-3 && (t[0] + r[0] - 0.958).abs() < 1e-2, "{t:?} {r:?}");
+    assert!((t[0] - 0.88).abs() < 2e-3 && (t[0] + r[0] - 0.96).abs() < 1e-3, "{t:?} {r:?}");
     let Some(device) = Device::for_tests("panes of glass") else { return };
     let mut random = Random(1);
     let probes: Vec<MaterialProbe> = (0..20_000)

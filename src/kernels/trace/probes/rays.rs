@@ -39,7 +39,7 @@ fn relation(t: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<Relation>
     let size = t.iter().map(|p| (*p - origin).length()).fold(origin.length(), f64::max);
     let thinness = height(e1).min(height(e2)).min(height(t[2] - t[1]));
     // Corners relative to the origin carry 6e-8 of `size`; slanted and thin triangles magnify it.
-    Some(Relation { distance: e2.dot(q) / determinant, clearance, tolerance: 1e-6 * size / cosine * (1.0 + size / thinness * 1e-2) })
+    Some(Relation { distance: e2.dot(q) / determinant, clearance, tolerance: 2e-6 * size / cosine * (1.0 + size / thinness * 1e-2) })
 }
 
 /// Checks every ray of a mesh. Rays that pass within rounding of an edge may go either way; the
