@@ -13,6 +13,7 @@ mod store;
 mod summary;
 mod table;
 
+pub use fingerprint::Fingerprint;
 pub use inputs::Inputs;
 pub use project::Project;
 pub use results::EstimatedError;
