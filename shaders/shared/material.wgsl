@@ -86,6 +86,22 @@ fn glass_pane(transmissivity: vec3<f32>, index: f32, cosine: f32) -> array<vec3<
     return array<vec3<f32>, 2>(transmitted, reflected);
 }
 
+// What smooth surfaces add to their specular reflection at this angle of incidence, as a share of
+// the rest (Radiance's approximation to Fresnel). Vanishes at normal incidence: exp(-5.85) is
+// subtracted.
+fn smooth_fresnel(material: Material, cosine: f32) -> f32 {
+    let smooth_surface = material.roughness * material.roughness <= 1e-6;
+    if smooth_surface && largest(material.specular) >= FRESNEL_THRESHOLD {
+        return exp(-5.85 * cosine) - 0.00287989916;
+    }
+    return 0.0;
+}
+
+// Share of its diffuse reflectance and transmittance that a surface has at this angle of incidence.
+fn diffuse_share(material: Material, cosine: f32) -> f32 {
+    return 1.0 - smooth_fresnel(material, cosine);
+}
+
 // Draws what happens to light travelling along `incoming` at a surface with unit normal `facing`
 // (on the side of arrival). `front` tells whether that is the front side.
 fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bool, choice: f32, slope: vec2<f32>) -> Scatter {
@@ -112,14 +128,9 @@ fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bo
         return result;
     }
     let smooth_surface = material.roughness * material.roughness <= 1e-6;
-    var specular = material.specular;
-    var rest = 1.0;
-    if smooth_surface && largest(specular) >= FRESNEL_THRESHOLD {
-        // Vanishes at normal incidence: exp(-5.85) is subtracted.
-        let fresnel = exp(-5.85 * cosine) - 0.00287989916;
-        specular += fresnel * (1.0 - specular);
-        rest = 1.0 - fresnel;
-    }
+    let fresnel = smooth_fresnel(material, cosine);
+    let specular = material.specular + fresnel * (1.0 - material.specular);
+    let rest = 1.0 - fresnel;
     let diffuse = material.diffuse * rest;
     let diffuse_transmitted = material.diffuse_transmitted * rest;
     let specular_transmitted = material.specular_transmitted * rest;

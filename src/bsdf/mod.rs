@@ -18,6 +18,7 @@
 //! light **travels**, in the window's frame ([`crate::bins::Frame`]); only its x and y count, the
 //! component tells the side. See [`crate::bins::AngleBasis`] for the consequence.
 
+pub mod blinds;
 pub mod check;
 pub mod difference;
 pub mod interpolate;

@@ -3,6 +3,7 @@
 mod check;
 mod convert;
 mod diff;
+mod generate;
 mod info;
 mod interpolate;
 mod isotropic;
@@ -21,6 +22,7 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum Verb {
+    Generate(Box<generate::Args>),
     Info(info::Args),
     Check(check::Args),
     Isotropic(isotropic::Args),
@@ -31,6 +33,7 @@ enum Verb {
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     match args.verb {
+        Verb::Generate(args) => generate::run(&args, warnings),
         Verb::Info(args) => info::run(&args, warnings),
         Verb::Check(args) => check::run(&args, warnings),
         Verb::Isotropic(args) => isotropic::run(&args, warnings),

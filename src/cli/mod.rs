@@ -77,6 +77,8 @@ pub fn main() -> ExitCode {
 fn radiance_style_arguments(arguments: impl Iterator<Item = std::ffi::OsString>) -> Vec<std::ffi::OsString> {
     arguments
         .map(|a| match a.to_str() {
+            // genBSDF's tensor trees; other letters with a number behind are short options with a value.
+            Some("-t3" | "-t4") => format!("-{}", a.to_string_lossy()).into(),
             Some(s) if s.len() > 2 && s.starts_with('-') && s[1..].chars().take(2).all(|c| c.is_ascii_alphabetic()) => {
                 format!("-{s}").into()
             }

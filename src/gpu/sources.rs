@@ -9,6 +9,13 @@ macro_rules! sources {
 
 // One line per file, in alphabetical order.
 sources![
+    "bsdf/chain",
+    "bsdf/chain_start",
+    "bsdf/chain_walk",
+    "bsdf/directions",
+    "bsdf/fans",
+    "bsdf/paths",
+    "bsdf/sample",
     "diagnostic/loop_limit",
     "diagnostic/probe_bins",
     "diagnostic/probe_leaks",

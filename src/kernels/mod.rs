@@ -1,5 +1,6 @@
 //! One module per kernel: host half and f64 reference.
 
+pub mod bsdf_generation;
 pub mod daylight_matrix;
 pub mod image_matrix;
 pub mod light_paths;
@@ -14,6 +15,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(light_paths::registered());
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
+    all.extend(bsdf_generation::registered());
     all.extend(product::registered());
     all.extend(trace::probes::registered());
     all

@@ -14,6 +14,7 @@ mod summary;
 mod table;
 pub mod views;
 
+pub use fingerprint::Fingerprint;
 pub use inputs::Inputs;
 pub use project::Project;
 pub use results::EstimatedError;

@@ -1,0 +1,98 @@
+// BSDF of a sample by paths: each starts on a face of the box in an incident cell and is followed
+// until it leaves; one record (outgoing cell, what is left of it) per path.
+//
+// Incident cells are counted over both sides: light from the outside (travelling to +z) first.
+// Outgoing cells likewise: light that leaves to the outside (-z) first.
+
+import package::shared::random::{sample_pair, hash_combine};
+import package::shared::bvh::{hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
+import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_MIRROR};
+import package::shared::bins::{TAU};
+import package::shared::counters::{counters, count_finished};
+import package::bsdf::sample::{params, GenerationParams, fly, in_period};
+import package::bsdf::directions::{sample_cell, cell_of, turned, DIRECTIONS, DIRECTIONS_SLICES};
+
+// Whether paths go on after a diffuse reflection; otherwise they end there without a record.
+override FOLLOW_DIFFUSE: bool = true;
+// Ends paths that wander between mirrors.
+const MOST_SEGMENTS: u32 = 256u;
+const NOWHERE: u32 = 0xffffffffu;
+
+// [incident cell][path]: outgoing cell and bits of the weight.
+@group(0) @binding(7) var<storage, read_write> records: array<vec2<u32>>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let path = id.x;
+    let cell = params.first_cell + id.y;
+    if path >= params.samples || cell >= 2u * params.in_cells {
+        return;
+    }
+    let index = params.first_sample + path;
+    let seed = hash_combine(params.seed, cell);
+    let from_outside = cell < params.in_cells;
+    let place = sample_pair(index, 0u, seed);
+    let extra = sample_pair(index, 2u, seed);
+    var turn = vec2<f32>(1.0, 0.0);
+    if DIRECTIONS == DIRECTIONS_SLICES {
+        turn = vec2<f32>(cos(TAU * extra.y), sin(TAU * extra.y));
+    }
+    let start = sample_cell(cell % params.in_cells, true, sample_pair(index, 1u, seed), extra.x, true);
+    var direction = turned(vec3<f32>(start.direction.xy, select(-start.direction.z, start.direction.z, from_outside)), turn);
+    var position = vec3<f32>(mix(params.low.xy, params.high.xy, place), select(params.high.z, params.low.z, from_outside));
+    var weight = vec3<f32>(1.0);
+    var record = vec2<u32>(NOWHERE, 0u);
+    var bounces = 0u;
+    var ended = false;
+    var segment = 0u;
+    for (; segment < MOST_SEGMENTS; segment++) {
+        let flight = fly(position, direction);
+        let hit = flight.hit;
+        if hit.triangle == NO_TRIANGLE {
+            if !flight.lost {
+                let out = cell_of(turned(direction, vec2<f32>(turn.x, -turn.y)));
+                record = vec2<u32>(select(0u, params.out_cells, direction.z > 0.0) + out, bitcast<u32>(dot(weight, params.luminance)));
+            }
+            ended = true;
+            break;
+        }
+        let normal = triangle_normal(hit.triangle);
+        let front = dot(normal, direction) < 0.0;
+        let facing = select(-normal, normal, front);
+        let choices = sample_pair(index, 3u + segment * 2u, seed);
+        let slope = sample_pair(index, 4u + segment * 2u, seed);
+        let material = materials[triangle_material(hit.triangle)];
+        let event = scatter(material, direction, facing, front, choices.x, slope);
+        weight *= event.weight;
+        if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {
+            if material.kind == MATERIAL_MIRROR && !front {
+                // Here: paths that ended on the back of a mirror.
+                atomicAdd(&counters.alive, 1u);
+            }
+            ended = true;
+            break;
+        }
+        let side = select(facing, -facing, event.transmitted);
+        direction = event.direction;
+        if event.lobe == LOBE_DIFFUSE {
+            bounces += 1u;
+            if !FOLLOW_DIFFUSE || bounces > params.most_bounces {
+                ended = true;
+                break;
+            }
+            direction = cosine_direction(side, slope);
+        }
+        let strength = largest(weight);
+        if strength < params.roulette_weight {
+            if choices.y * params.roulette_weight >= strength {
+                ended = true;
+                break;
+            }
+            weight *= params.roulette_weight / strength;
+        }
+        position = in_period(offset_from_surface(hit_point(hit), side));
+    }
+    records[id.y * params.samples + path] = record;
+    atomicAdd(&counters.segments, segment + 1u);
+    count_finished(ended || segment == MOST_SEGMENTS);
+}

@@ -1,0 +1,490 @@
+//! `lucarne bsdf generate`: the BSDF of a shade from its geometry (as genBSDF).
+
+use super::made_by;
+use crate::cli::progress::Terminal;
+use lucarne::bins::KlemsBasis;
+use lucarne::bsdf::blinds::Venetian;
+use lucarne::bsdf::{self, Blocks, Bsdf, Component, Geometry};
+use lucarne::files;
+use lucarne::gpu::Device;
+use lucarne::kernels::bsdf_generation::{Directions, GenerationOptions, GenerationStatistics, Method, Sample, Table, generate, mgf};
+use lucarne::matrix::Matrix;
+use lucarne::matrix::file::{Format, write_matrix};
+use lucarne::progress::Progress;
+use lucarne::scene::rad::read_scene;
+use lucarne::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle};
+use lucarne::{Error, Result, Warnings};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+const EXAMPLES: &str = "\
+Examples:
+  lucarne bsdf generate blinds_device.rad -o blinds.xml
+  lucarne bsdf generate -t4 5 blinds_device.rad -o blinds_t4.xml
+  lucarne bsdf generate --venetian width=25mm,spacing=20mm,angle=20,reflectance=0.5 -o venetian.xml
+
+Position: +Z into the room, +Y up, the device behind z = 0. Front is the outside (WINDOW).
+Unlike genBSDF, both directions are made unless -f or -b leaves one out, diffuse reflections are not
+truncated without -ab, and geometry is embedded only with --geometry.";
+
+/// Generates a BSDF from the geometry of a shade or device.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Radiance files of the device, materials first (+f, -f, +b, -b as in genBSDF)
+    #[arg(value_name = "DEVICE.rad")]
+    files: Vec<PathBuf>,
+
+    /// Horizontal slats instead: width, spacing, angle (degrees; positive: ground seen from the room),
+    /// reflectance; also rise or curvature (radius), thickness, transmittance, specularity, roughness
+    #[arg(long, value_name = "KEY=VALUE,...", conflicts_with = "files")]
+    venetian: Option<String>,
+
+    /// XML file; standard output if absent
+    #[arg(short = 'o', value_name = "FILE.xml")]
+    output: Option<PathBuf>,
+
+    /// Klems basis: full, half or quarter
+    #[arg(long, default_value = "full", value_name = "NAME")]
+    basis: String,
+
+    /// Isotropic tensor tree of rank 3 with 2^N cells per side
+    #[arg(long = "t3", value_name = "N", conflicts_with = "tree4")]
+    tree3: Option<u32>,
+
+    /// Anisotropic tensor tree of rank 4 with 2^N cells per side
+    #[arg(long = "t4", value_name = "N")]
+    tree4: Option<u32>,
+
+    /// Per cent of the tree's finest parts to join where they vary least
+    #[arg(short = 't', value_name = "PERCENT", default_value_t = 90.0)]
+    cull: f64,
+
+    /// Samples per incident direction
+    #[arg(short = 'c', value_name = "N", default_value_t = GenerationOptions::default().samples)]
+    samples: u32,
+
+    /// Box from which light starts, instead of the geometry's: xmin xmax ymin ymax zmin zmax
+    #[arg(long, num_args = 6, allow_negative_numbers = true, value_names = ["XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX"])]
+    dim: Option<Vec<f64>>,
+
+    /// The box is one period of an endless device along x, y or xy
+    #[arg(long, value_name = "AXES")]
+    periodic: Option<String>,
+
+    /// Most diffuse reflections; left out: not truncated
+    #[arg(long = "ab", value_name = "N")]
+    bounces: Option<u32>,
+
+    /// Weight below which Russian roulette ends paths
+    #[arg(long = "lw", value_name = "WEIGHT", default_value_t = GenerationOptions::default().roulette_weight)]
+    roulette_weight: f32,
+
+    /// Leave out light from the outside (front)
+    #[arg(short = 'f', conflicts_with = "no_back")]
+    no_front: bool,
+
+    /// Leave out light from the room (back)
+    #[arg(short = 'b')]
+    no_back: bool,
+
+    /// Helmholtz reciprocity: average (light and its way back), keep, or auto: average for trees and
+    /// periodic devices, whose light never leaves over the sides of a box
+    #[arg(long, default_value = "auto", value_name = "HOW")]
+    reciprocity: String,
+
+    /// How light is followed: auto, paths or chains
+    #[arg(long, default_value = "auto", value_name = "METHOD")]
+    method: String,
+
+    /// Write the data as Solar too: for materials that are as bright in the sun's spectrum
+    #[arg(long)]
+    solar: bool,
+
+    /// Embed the geometry (MGF) in the file
+    #[arg(long)]
+    geometry: bool,
+
+    /// Unit of the files' lengths: m, cm, mm, in or ft
+    #[arg(long, default_value = "m", value_name = "UNIT")]
+    unit: String,
+
+    /// Name of the device in the file
+    #[arg(long, value_name = "TEXT")]
+    name: Option<String>,
+
+    /// Manufacturer in the file
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    manufacturer: String,
+
+    /// Also write the standard error of each entry, 1/sr, as a Radiance matrix: the four components of
+    /// WINDOW's order below each other, rows outgoing, columns incident
+    #[arg(long, value_name = "FILE.mtx")]
+    standard_error: Option<PathBuf>,
+
+    /// Independent repetitions, whose spread is the standard error
+    #[arg(long, default_value_t = GenerationOptions::default().batches, value_name = "N")]
+    batches: u32,
+
+    /// Seed of the random numbers
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+
+    /// Device: index or part of its name (see `lucarne devices`)
+    #[arg(long)]
+    device: Option<String>,
+}
+
+/// How often the sums are kept for going on after an interruption.
+const KEEP_EVERY: Duration = Duration::from_secs(20);
+/// Most cells per side, as a power of two: the table of sums must fit into memory.
+const MOST_TREE4: u32 = 6;
+const MOST_TREE3: u32 = 8;
+
+pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
+    let directions = args.directions()?;
+    let (no_front, no_back, files) = args.sides();
+    if no_front && no_back {
+        return Err(Error::new("both directions are left out").help("drop -f or -b"));
+    }
+    let sample = args.sample(&files, warnings)?;
+    let options = args.options(directions, &sample)?;
+    let metres = unit(&args.unit)?;
+    let device = Device::open(args.device.as_deref())?;
+    let terminal = Terminal::new();
+    let store = Store::new(args, directions, &options, &sample);
+    let mut table = store.load(directions, warnings);
+    if table.batches() > 0 {
+        eprintln!("going on after {} of {} batches", table.batches(), options.batches);
+    }
+    let start = Instant::now();
+    let mut kept = start;
+    let statistics = generate(&device, &sample, &mut table, &options, &terminal, warnings, &mut |table| {
+        if kept.elapsed() > KEEP_EVERY || terminal.stop_requested() {
+            kept = Instant::now();
+            store.save(table)?;
+        }
+        Ok(())
+    })?;
+    terminal.finish();
+    let bsdf = args.bsdf(&sample, &table, [no_front, no_back], metres);
+    let command = made_by();
+    bsdf::write(args.output.as_deref(), &bsdf, &command)?;
+    if let Some(path) = &args.standard_error {
+        write_errors(path, &table, &command)?;
+    }
+    store.remove();
+    report(&table, &statistics, start.elapsed(), &bsdf.visible);
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Args {
+    fn directions(&self) -> Result<Directions> {
+        let within = |n: u32, most: u32, option: &str| {
+            if (1..=most).contains(&n) {
+                return Ok(n);
+            }
+            Err(Error::new(format!("2^{n} cells per side are out of range")).field(option).help(format!("choose 1 to {most}")))
+        };
+        if !(0.0..100.0).contains(&self.cull) {
+            return Err(Error::new(format!("{} is no percentage below 100", self.cull)).field("-t"));
+        }
+        match (self.tree3, self.tree4) {
+            (Some(n), _) => Ok(Directions::Tree3(within(n, MOST_TREE3, "-t3")?)),
+            (_, Some(n)) => Ok(Directions::Tree4(within(n, MOST_TREE4, "-t4")?)),
+            _ => match self.basis.to_ascii_lowercase().as_str() {
+                "full" | "kf" => Ok(Directions::Klems(KlemsBasis::Full)),
+                "half" | "kh" => Ok(Directions::Klems(KlemsBasis::Half)),
+                "quarter" | "kq" => Ok(Directions::Klems(KlemsBasis::Quarter)),
+                other => Err(Error::new(format!("'{other}' is no Klems basis")).field("--basis").help("choose full, half or quarter")),
+            },
+        }
+    }
+
+    /// Which sides are left out, and the files without genBSDF's `+f` and `+b`, which ask for what is
+    /// made anyway.
+    fn sides(&self) -> (bool, bool, Vec<PathBuf>) {
+        let files = self.files.iter().filter(|f| !matches!(f.to_str(), Some("+f" | "+b"))).cloned().collect();
+        (self.no_front, self.no_back, files)
+    }
+
+    fn options(&self, directions: Directions, sample: &Sample) -> Result<GenerationOptions> {
+        let average_reciprocal = match self.reciprocity.as_str() {
+            "average" => true,
+            "keep" => false,
+            "auto" => !matches!(directions, Directions::Klems(_)) || sample.repeats == [true, true],
+            other => return Err(Error::new(format!("'{other}' is unknown")).field("--reciprocity").help("choose auto, average or keep")),
+        };
+        let method = match self.method.as_str() {
+            "auto" => Method::Best,
+            "paths" => Method::Paths,
+            "chains" => Method::Chains,
+            other => return Err(Error::new(format!("'{other}' is unknown")).field("--method").help("choose auto, paths or chains")),
+        };
+        Ok(GenerationOptions {
+            samples: self.samples,
+            batches: self.batches,
+            bounces: self.bounces,
+            seed: self.seed,
+            roulette_weight: self.roulette_weight,
+            average_reciprocal,
+            method,
+        })
+    }
+
+    fn sample(&self, files: &[PathBuf], warnings: &mut Warnings) -> Result<Sample> {
+        if let Some(text) = &self.venetian {
+            if self.dim.is_some() || self.periodic.is_some() {
+                return Err(Error::new("slats made by --venetian have their own box, which repeats").help("leave out -dim and --periodic"));
+            }
+            return venetian(text, warnings).map_err(|e| e.field("--venetian"));
+        }
+        if files.is_empty() {
+            return Err(Error::new("there is no device").help("name its Radiance files, or give --venetian"));
+        }
+        let repeats = match self.periodic.as_deref() {
+            None => [false, false],
+            Some("x") => [true, false],
+            Some("y") => [false, true],
+            Some("xy" | "yx") => [true, true],
+            Some(other) => return Err(Error::new(format!("'{other}' names no axes")).field("--periodic").help("choose x, y or xy")),
+        };
+        let scene = read_scene(files, Path::new("."), warnings)?;
+        let dim = self.dim.as_deref().and_then(|d| <[f64; 6]>::try_from(d).ok());
+        Sample::new(scene, dim, repeats, warnings)
+    }
+
+    fn bsdf(&self, sample: &Sample, table: &Table, leave_out: [bool; 2], metres: f64) -> Bsdf {
+        let scale = if self.venetian.is_some() { 1.0 } else { metres };
+        let stem = self.files.last().or(self.output.as_ref()).and_then(|p| p.file_stem()).map(|s| s.to_string_lossy().to_string());
+        let name = self.name.clone().or(if self.venetian.is_some() { Some("venetian blind".into()) } else { stem });
+        let size = sample.high - sample.low;
+        let mut bsdf = Bsdf {
+            name: name.unwrap_or_default(),
+            manufacturer: self.manufacturer.clone(),
+            device_type: if self.venetian.is_some() { "Venetian Blind".into() } else { "Other".into() },
+            thickness: Some(sample.thickness() * scale),
+            width: Some(size.x * scale),
+            height: Some(size.y * scale),
+            ..Bsdf::default()
+        };
+        let wanted = |c: &Component| !leave_out[usize::from(!c.is_front())];
+        for component in Component::ALL.into_iter().filter(wanted) {
+            *bsdf.visible.slot(component) = Some(table.block(component, self.cull));
+        }
+        if self.solar {
+            bsdf.solar = bsdf.visible.clone();
+        }
+        if self.geometry {
+            bsdf.geometry = Some(Geometry { format: "MGF".into(), unit: "meter".into(), text: mgf::text(&sample.scene, scale) });
+        }
+        bsdf
+    }
+}
+
+/// Metres per unit.
+fn unit(name: &str) -> Result<f64> {
+    Ok(match name.to_ascii_lowercase().as_str() {
+        "m" | "meter" | "metre" => 1.0,
+        "cm" | "centimeter" => 0.01,
+        "mm" | "millimeter" => 0.001,
+        "in" | "inch" => 0.0254,
+        "ft" | "foot" | "feet" => 0.3048,
+        other => return Err(Error::new(format!("'{other}' is no unit of length")).help("choose m, cm, mm, in or ft")),
+    })
+}
+
+/// `key=value,…` of a parametric shade.
+struct Parameters(BTreeMap<String, String>);
+
+impl Parameters {
+    fn parse(text: &str, known: &[&str]) -> Result<Self> {
+        let mut found = BTreeMap::new();
+        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            let (key, value) = part.split_once('=').ok_or_else(|| Error::new(format!("'{part}' is not key=value")))?;
+            let (key, value) = (key.trim(), value.trim());
+            if !known.contains(&key) {
+                return Err(Error::new(format!("'{key}' is unknown")).help(format!("known are {}", known.join(", "))));
+            }
+            if found.insert(key.to_string(), value.to_string()).is_some() {
+                return Err(Error::new(format!("'{key}' is given twice")));
+            }
+        }
+        Ok(Self(found))
+    }
+
+    fn number(&self, key: &str) -> Result<Option<f64>> {
+        let fault = |v: &str| Error::new(format!("{key}={v} is not a number"));
+        self.0.get(key).map(|v| v.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| fault(v))).transpose()
+    }
+
+    fn share(&self, key: &str) -> Result<Option<f64>> {
+        let found = self.number(key)?;
+        match found.filter(|v| !(0.0..=1.0).contains(v)) {
+            Some(v) => Err(Error::new(format!("{key}={v} is not between 0 and 1"))),
+            None => Ok(found),
+        }
+    }
+
+    /// A length with its unit, in metres.
+    fn length(&self, key: &str) -> Result<Option<f64>> {
+        let Some(value) = self.0.get(key) else { return Ok(None) };
+        let letters = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+        let (number, name) = (letters.trim(), value[letters.len()..].trim());
+        let number: f64 = number
+            .parse()
+            .ok()
+            .filter(|x: &f64| x.is_finite())
+            .ok_or_else(|| Error::new(format!("{key}={value} is not a length")).help("give a number with its unit, for instance 25mm"))?;
+        if name.is_empty() && number != 0.0 {
+            return Err(Error::new(format!("{key}={value} has no unit")).help(format!("for instance {key}={value}mm")));
+        }
+        Ok(Some(number * if name.is_empty() { 1.0 } else { unit(name).map_err(|e| e.field(key))? }))
+    }
+}
+
+fn required<T>(value: Option<T>, key: &str) -> Result<T> {
+    value.ok_or_else(|| Error::new(format!("{key} is missing")).help("for instance width=25mm,spacing=20mm,angle=20,reflectance=0.5"))
+}
+
+fn venetian(text: &str, warnings: &mut Warnings) -> Result<Sample> {
+    let known = ["width", "spacing", "angle", "rise", "curvature", "thickness", "reflectance", "transmittance", "specularity", "roughness"];
+    let given = Parameters::parse(text, &known)?;
+    let width = required(given.length("width")?, "width")?;
+    let rise = match (given.length("rise")?, given.length("curvature")?) {
+        (Some(_), Some(_)) => return Err(Error::new("rise and curvature say the same").help("give one of them")),
+        (Some(rise), None) => rise,
+        // WINDOW's curvature is a radius, 0 for flat slats.
+        (None, Some(radius)) if radius != 0.0 => {
+            if radius.abs() < width / 2.0 {
+                return Err(Error::new(format!("a radius of {radius} m is less than half the slat's width")).field("curvature"));
+            }
+            radius.signum() * (radius.abs() - (radius * radius - width * width / 4.0).sqrt())
+        }
+        _ => 0.0,
+    };
+    let blind = Venetian {
+        width,
+        spacing: required(given.length("spacing")?, "spacing")?,
+        angle: given.number("angle")?.unwrap_or(0.0),
+        rise,
+        thickness: given.length("thickness")?.unwrap_or(0.0),
+    };
+    let reflectance = required(given.share("reflectance")?, "reflectance")?;
+    let transmittance = given.share("transmittance")?.unwrap_or(0.0);
+    let specularity = given.share("specularity")?.unwrap_or(0.0);
+    let roughness = given.share("roughness")?.unwrap_or(0.0);
+    let kind = slat_material(reflectance, transmittance, specularity, roughness)?;
+    if transmittance > 0.0 && blind.thickness > 0.0 {
+        return Err(Error::new("translucent slats are sheets: light passes their one surface").field("thickness").help("leave out the thickness"));
+    }
+    let period = blind.period()?;
+    let scene = Scene {
+        triangles: period.triangles.iter().map(|&vertices| Triangle { vertices, material: MaterialIndex(0), surface: 0 }).collect(),
+        materials: vec![Material { name: "slat".into(), kind }],
+        surfaces: vec![SurfaceOrigin { name: "slat".into(), file: "--venetian".into(), line: 0 }],
+        sources: Vec::new(),
+    };
+    let (low, high) = (period.low, period.high);
+    Sample::new(scene, Some([low.x, high.x, low.y, high.y, low.z, high.z]), [true, true], warnings)
+}
+
+/// A material of this reflectance in total, of which `specularity` is specular, and this diffuse
+/// transmittance.
+fn slat_material(reflectance: f64, transmittance: f64, specularity: f64, roughness: f64) -> Result<MaterialKind> {
+    if reflectance + transmittance > 1.0 {
+        return Err(Error::new(format!("reflectance {reflectance} and transmittance {transmittance} together exceed 1")));
+    }
+    if transmittance == 0.0 {
+        // Coloured by the reflectance in both parts.
+        let color = [reflectance; 3];
+        return Ok(if specularity > 0.0 {
+            MaterialKind::Metal { color, specularity, roughness }
+        } else {
+            MaterialKind::Plastic { color, specularity: 0.0, roughness: 0.0 }
+        });
+    }
+    let specular = reflectance * specularity;
+    let diffuse = reflectance + transmittance - specular;
+    let color = [if specular < 1.0 { diffuse / (1.0 - specular) } else { 0.0 }; 3];
+    Ok(MaterialKind::Trans { color, specularity: specular, roughness, transmissivity: transmittance / diffuse.max(1e-12), transmitted_specularity: 0.0 })
+}
+
+/// The sums of an interrupted run, beside the output.
+struct Store {
+    path: Option<PathBuf>,
+    inputs: String,
+}
+
+impl Store {
+    fn new(args: &Args, directions: Directions, options: &GenerationOptions, sample: &Sample) -> Self {
+        let path = args.output.as_ref().filter(|p| *p != Path::new("-")).map(|p| {
+            let mut name = p.file_name().unwrap_or_default().to_os_string();
+            name.push(".resume");
+            p.with_file_name(name)
+        });
+        let mut inputs = lucarne::simulate::Fingerprint::new("BSDF");
+        inputs.add(&(directions, options)).add(&(sample.low, sample.high, sample.repeats)).add(&sample.scene.triangles).add(&sample.scene.materials);
+        Self { path, inputs: inputs.to_string() }
+    }
+
+    /// The table of an earlier run with the same inputs, or an empty one.
+    fn load(&self, directions: Directions, warnings: &mut Warnings) -> Table {
+        let new = || Table::new(directions);
+        let Some(path) = self.path.as_deref().filter(|p| p.exists()) else { return new() };
+        let stale = |why: &str| Error::new(format!("{why}; starting anew")).file(path);
+        let found = files::read(path).ok().and_then(|bytes| {
+            let (inputs, rest) = bytes.split_at_checked(self.inputs.len())?;
+            if inputs != self.inputs.as_bytes() { None } else { Table::from_bytes(directions, rest).ok() }
+        });
+        found.unwrap_or_else(|| {
+            warnings.push(stale("these sums of an interrupted run belong to other inputs"));
+            new()
+        })
+    }
+
+    fn save(&self, table: &Table) -> Result<()> {
+        let Some(path) = &self.path else { return Ok(()) };
+        files::write_atomically(path, |out| {
+            out.write_all(self.inputs.as_bytes()).and_then(|()| out.write_all(&table.to_bytes())).map_err(|e| Error::io(path, &e))
+        })
+    }
+
+    fn remove(&self) {
+        if let Some(path) = &self.path {
+            // Nothing is lost if it stays: its inputs are checked.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+fn write_errors(path: &Path, table: &Table, command: &str) -> Result<()> {
+    let d = table.directions();
+    let mut errors = Matrix::<f32>::zeros(4 * d.outgoing(), d.incident(), 1);
+    let rows = Component::ALL.into_iter().flat_map(|c| (0..d.outgoing()).map(move |o| (c, o)));
+    for ((component, o), row) in rows.zip(errors.data_mut().chunks_exact_mut(d.incident())) {
+        for (i, v) in row.iter_mut().enumerate() {
+            *v = table.standard_error(component, o, i) as f32;
+        }
+    }
+    let names = Component::ALL.map(Component::xml_name).join(", ");
+    let header = [command.to_string(), format!("SOFTWARE= Lucarne {}", env!("CARGO_PKG_VERSION")), format!("CONTENT= standard errors in 1/sr of {names}")];
+    write_matrix(Some(path), &errors, Format::Float, &header)
+}
+
+fn report(table: &Table, statistics: &GenerationStatistics, time: Duration, blocks: &Blocks) {
+    for (component, _) in blocks.iter() {
+        eprintln!(
+            "{:<19} hemispherical {:.4}, standard error of an entry {:.1} % (root mean squares)",
+            component.xml_name(),
+            table.hemispherical(component),
+            100.0 * table.relative_error(component)
+        );
+    }
+    let seconds = time.as_secs_f64().max(1e-9);
+    if statistics.paths > 0 {
+        eprintln!("{seconds:.1} s, {:.1} million rays/s", statistics.segments as f64 / seconds / 1e6);
+    }
+}

@@ -1,0 +1,251 @@
+//! Host half of the chains and fans (`shaders/bsdf/chain*.wgsl`, `fans.wgsl`).
+//!
+//! The diffuse part of entry (i, o) is `S/A · mean over chains of E_i · L_o`: E_i the irradiance of a
+//! chain's first point by incident cell i (flux 1 per area A of the sample), L_o what leaves from all
+//! its points into outgoing cell o, S the area of the surfaces times albedo. So two fans of rays per
+//! chain serve all entries at once, and the sum over chains is a matrix product.
+
+use super::{GenerationParams, GenerationStatistics, Job};
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Kernel};
+use crate::gpu_struct;
+use crate::kernels::trace::{Counters, check_finished, stream_seed};
+use crate::units::BRIGHTNESS_WEIGHTS;
+use rayon::prelude::*;
+
+gpu_struct! {
+    /// A chain of diffuse reflections (`shaders/bsdf/chain.wgsl`).
+    pub(crate) struct Chain {
+        position: [f32; 3],
+        material: u32,
+        leaving: [f32; 3],
+        bounces: u32,
+        arriving: [f32; 3],
+        padding0: u32,
+        weight: [f32; 3],
+        padding1: u32,
+    }
+}
+
+/// Shaders of this module, for the tests.
+pub(super) fn registered() -> Vec<crate::gpu::Registered> {
+    ["bsdf/chain_start", "bsdf/fans", "bsdf/chain_walk"]
+        .map(|path| crate::gpu::Registered::new(path).with::<GenerationParams>().with::<Chain>())
+        .to_vec()
+}
+
+/// Rays of one dispatch: bounds its time.
+const MOST_RAYS: usize = 1 << 20;
+/// Bytes of one table of fans: bounds memory and stays below the bindings of small devices.
+const MOST_BYTES: usize = 64 << 20;
+/// Fixed-point units of 1: values are of order 1 and their sums stay below 4096.
+const UNIT: f32 = (1u32 << 20) as f32;
+/// A sum from here on may have run over.
+const FULL: u32 = 1 << 31;
+/// Radiance's kind of material with diffuse lobes, as in `shaders/shared/material.wgsl`.
+pub(super) const SURFACE: u32 = 1;
+
+/// The diffuse surfaces of a job.
+pub(super) struct Surfaces {
+    /// As `diffuse_triangles` of `chain_start.wgsl`.
+    triangles: Vec<[f32; 4]>,
+    /// Both sides' area times albedo, over the area of the sample.
+    strength: f64,
+}
+
+impl Surfaces {
+    /// Finds them among the first `count` triangles: the copies that follow belong to neighbours.
+    pub fn of(job: &Job, count: usize) -> Self {
+        let (tables, size) = (&job.tables, job.high - job.low);
+        let mut sum = 0.0;
+        let mut triangles = Vec::new();
+        let mut limits = Vec::new();
+        for (corners, &number) in tables.triangles.iter().zip(&tables.triangle_materials).take(count) {
+            let material = &tables.materials[number as usize];
+            let largest = |c: [f32; 3]| f64::from(c[0].max(c[1]).max(c[2]));
+            let albedo = largest(material.diffuse) + largest(material.diffuse_transmitted);
+            if material.kind != SURFACE || albedo <= 0.0 {
+                continue;
+            }
+            let [a, b, c] = corners.map(|p| p.as_dvec3());
+            sum += (b - a).cross(c - a).length() * albedo;
+            limits.push(sum);
+            triangles.extend([corners[0], corners[1], corners[2]].map(|p| [p.x, p.y, p.z, 0.0]));
+            let last = triangles.len() - 2;
+            triangles[last][3] = f32::from_bits(number);
+        }
+        for (triangle, limit) in triangles.chunks_exact_mut(3).zip(limits) {
+            triangle[0][3] = (limit / sum) as f32;
+        }
+        Self { triangles, strength: sum / f64::from(size.x * size.y) }
+    }
+
+    /// Whether nothing scatters diffusely.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+}
+
+/// Adds the diffuse part of the BSDF by `samples` chains to `batch`.
+pub(super) fn add(
+    job: &Job,
+    surfaces: &Surfaces,
+    number: u32,
+    samples: u32,
+    batch: &mut [f32],
+    statistics: &mut GenerationStatistics,
+    report: &dyn Fn(f64) -> Result<()>,
+) -> Result<()> {
+    let tracer = Tracer::new(job, surfaces, number, samples)?;
+    let (incident, outgoing) = (2 * job.directions.incident(), 2 * job.directions.outgoing());
+    // The area is that of both sides, of which each point shows one.
+    let scale = surfaces.strength / (f64::from(samples) * f64::from(UNIT) * f64::from(UNIT));
+    for first in (0..samples).step_by(tracer.capacity) {
+        report(f64::from(first) / f64::from(samples))?;
+        let chains = (samples - first).min(tracer.capacity as u32);
+        let (sent, left) = tracer.trace(first, chains, statistics, report)?;
+        let capacity = tracer.capacity;
+        for c in 0..tracer.components {
+            let weight = if tracer.components == 1 { scale } else { scale * BRIGHTNESS_WEIGHTS[c] };
+            let left: Vec<f32> = left[c * capacity * outgoing..][..chains as usize * outgoing].iter().map(|&u| u as f32).collect();
+            let sent = &sent[c * incident * capacity..][..incident * capacity];
+            batch.par_chunks_exact_mut(outgoing).zip(sent.par_chunks_exact(capacity)).for_each(|(row, sent)| {
+                for (&sent, left) in sent.iter().zip(left.chunks_exact(outgoing)).filter(|(s, _)| **s > 0) {
+                    let factor = (f64::from(sent) * weight) as f32;
+                    for (entry, value) in row.iter_mut().zip(left) {
+                        *entry += factor * value;
+                    }
+                }
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Kernels and buffers of one batch.
+struct Tracer<'a> {
+    job: &'a Job<'a>,
+    params: GenerationParams,
+    capacity: usize,
+    components: usize,
+    start: Kernel,
+    incoming: Kernel,
+    outgoing: Kernel,
+    walk: Kernel,
+    triangles: Buffer,
+    chains: Buffer,
+    listed: Buffer,
+    goes_on: Buffer,
+    sent: Buffer,
+    left: Buffer,
+    counters: Buffer,
+}
+
+impl<'a> Tracer<'a> {
+    fn new(job: &'a Job, surfaces: &Surfaces, number: u32, samples: u32) -> Result<Self> {
+        let device = job.device;
+        let components = if job.tables.features.grey { 1 } else { 3 };
+        let (incident, outgoing) = (2 * job.directions.incident(), 2 * job.directions.outgoing());
+        let cells = incident.max(outgoing);
+        let capacity = (MOST_RAYS / cells)
+            .min(MOST_BYTES / (4 * components * cells))
+            .min(device.limits().max_compute_workgroups_per_dimension as usize)
+            .clamp(1, samples as usize);
+        let common = job.constants();
+        let fan = |incoming: f64| {
+            let mut constants = common.clone();
+            let specular = f64::from(u8::from(job.tables.features.specular));
+            constants.extend([("INCOMING", incoming), ("SPECULAR", specular), ("COMPONENTS", components as f64)]);
+            Kernel::new(device, "bsdf/fans", &[], &constants)
+        };
+        let mut params = job.params();
+        params.seed = stream_seed(job.options.seed, number, 0x6661_6e73);
+        params.unit = UNIT;
+        params.capacity = capacity as u32;
+        params.diffuse_count = (surfaces.triangles.len() / 3) as u32;
+        Ok(Self {
+            job,
+            params,
+            capacity,
+            components,
+            start: Kernel::new(device, "bsdf/chain_start", &[], &common)?,
+            incoming: fan(1.0)?,
+            outgoing: fan(0.0)?,
+            walk: Kernel::new(device, "bsdf/chain_walk", &[], &common)?,
+            triangles: device.upload("diffuse triangles", &surfaces.triangles)?,
+            chains: device.zeros::<Chain>("chains", capacity)?,
+            listed: device.zeros::<u32>("listed chains", capacity)?,
+            goes_on: device.zeros::<u32>("chains that go on", capacity)?,
+            sent: device.zeros::<u32>("incoming fans", components * incident * capacity)?,
+            left: device.zeros::<u32>("outgoing fans", components * outgoing * capacity)?,
+            counters: device.zeros::<Counters>("path counters", 1)?,
+        })
+    }
+
+    /// Incoming fans `[component][cell][chain]` and outgoing fans `[component][chain][cell]` of
+    /// `chains` chains from number `first` on, fixed point.
+    fn trace(
+        &self,
+        first: u32,
+        chains: u32,
+        statistics: &mut GenerationStatistics,
+        report: &dyn Fn(f64) -> Result<()>,
+    ) -> Result<(Vec<u32>, Vec<u32>)> {
+        let device = self.job.device;
+        let mut batch = device.batch("clear fans");
+        batch.clear(&self.sent).clear(&self.left);
+        batch.submit()?;
+        let params = GenerationParams { first_sample: first, samples: chains, ..self.params };
+        self.run(&self.start, params, &[("diffuse_triangles", &self.triangles)], [chains.div_ceil(64), 1, 1], u64::from(chains), statistics)?;
+        let mut listed: Vec<u32> = (0..chains).collect();
+        device.write(&self.listed, &listed)?;
+        let (incident, outgoing) = (2 * params.in_cells, 2 * params.out_cells);
+        let fan = |kernel: &Kernel, cells: u32, fans: &Buffer, count: u32, statistics: &mut GenerationStatistics| {
+            let rays = u64::from(cells) * u64::from(count);
+            self.run(kernel, params, &[("listed", &self.listed), ("fans", fans)], [cells.div_ceil(64), count, 1], rays, statistics)
+        };
+        fan(&self.incoming, incident, &self.sent, chains, statistics)?;
+        loop {
+            report(f64::from(first) / f64::from(first + chains))?;
+            fan(&self.outgoing, outgoing, &self.left, listed.len() as u32, statistics)?;
+            let left = listed.len() as u32;
+            let own = [("listed", &self.listed), ("goes_on", &self.goes_on)];
+            let step = GenerationParams { samples: left, ..params };
+            self.run(&self.walk, step, &own, [left.div_ceil(64), 1, 1], u64::from(left), statistics)?;
+            let goes_on = device.read::<u32>(&self.goes_on.part::<u32>(0, listed.len())?)?;
+            listed = listed.iter().zip(&goes_on).filter(|(_, g)| **g != 0).map(|(&l, _)| l).collect();
+            if listed.is_empty() {
+                break;
+            }
+            device.write(&self.listed.part::<u32>(0, listed.len())?, &listed)?;
+        }
+        let (sent, left) = (device.read::<u32>(&self.sent)?, device.read::<u32>(&self.left)?);
+        if sent.iter().chain(&left).any(|&u| u >= FULL) {
+            return Err(Error::new("the sums of one chain ran over").help("mirrors concentrate light on very few cells; use --method paths"));
+        }
+        Ok((sent, left))
+    }
+
+    fn run(
+        &self,
+        kernel: &Kernel,
+        params: GenerationParams,
+        own: &[(&str, &Buffer)],
+        groups: [u32; 3],
+        started: u64,
+        statistics: &mut GenerationStatistics,
+    ) -> Result<()> {
+        let device = self.job.device;
+        let params = device.uniform("generation parameters", &params)?;
+        device.write(&self.counters, &[Counters::default()])?;
+        let mut buffers = vec![("params", &params), ("chains", &self.chains), ("counters", &self.counters)];
+        buffers.extend_from_slice(own);
+        let bind = kernel.bind(&self.job.scene.bindings(&buffers))?;
+        device.dispatch(kernel, &bind, groups)?;
+        let found = device.read::<Counters>(&self.counters)?[0];
+        check_finished(&found, started, "rays of the BSDF")?;
+        statistics.paths += started;
+        statistics.segments += u64::from(found.segments);
+        Ok(())
+    }
+}
