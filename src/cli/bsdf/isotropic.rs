@@ -23,13 +23,13 @@ pub struct Args {
     #[arg(long)]
     solar: Option<PathBuf>,
     /// Instead of a table: Ts,Td,Rs,Rd at normal incidence, extended by the model of Roos et al. 2001.
-    #[arg(long, conflicts_with = "table", value_delimiter = ',', num_args = 4, allow_negative_numbers = true)]
+    #[arg(long, conflicts_with = "table", value_delimiter = ',', num_args = 1)]
     normal: Option<Vec<f64>>,
     /// Rs,Rd at normal incidence from the room, if they differ.
-    #[arg(long, requires = "normal", value_delimiter = ',', num_args = 2)]
+    #[arg(long, requires = "normal", value_delimiter = ',', num_args = 1)]
     back: Option<Vec<f64>>,
     /// Solar Ts,Td,Rs,Rd at normal incidence, written into the same file.
-    #[arg(long, requires = "normal", value_delimiter = ',', num_args = 4)]
+    #[arg(long, requires = "normal", value_delimiter = ',', num_args = 1)]
     solar_normal: Option<Vec<f64>>,
     /// Number of panes p of the Roos model.
     #[arg(long, default_value_t = 1)]
