@@ -145,7 +145,8 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         return Err(Error::new("a check picture can be written of one picture only").field("-c").help("give one picture, or leave out -c"));
     }
     let views = Mutex::new(HashMap::new());
-    print(&format!("{HEADER}\n"))?;
+    // Nothing is printed if the only picture is at fault.
+    let mut header = format!("{HEADER}\n");
     let mut sources = String::new();
     let mut failed = 0;
     // A few pictures at a time bound the memory; results come in the order of the arguments.
@@ -168,7 +169,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
                         );
                     }
                     let name = quoted(&job.name());
-                    print(&picture_line(&name, &glare))?;
+                    print(&(std::mem::take(&mut header) + &picture_line(&name, &glare)))?;
                     source_lines(&name, &glare, &settings, &mut sources);
                 }
                 Err(error) if jobs.len() == 1 => return Err(error),

@@ -231,7 +231,7 @@ impl Analyser {
 fn check_settings(settings: &Settings) -> Result<()> {
     let bad = |field: &str, message: String| Err(Error::new(message).field(field));
     let r = settings.search_radius;
-    if !(r >= 0.0 && r <= std::f64::consts::TAU) {
+    if !(0.0..=std::f64::consts::TAU).contains(&r) {
         return bad("search radius", format!("{r} is not an angle between 0 and 2π rad"));
     }
     if let Some(limit) = settings.peak_limit
