@@ -330,6 +330,38 @@ fn an_output_folder_that_cannot_be_written_to_is_named() {
 }
 
 #[test]
+fn matrices_that_do_not_fit_their_headers_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, rows: usize, cols: usize, values: usize| {
+        let mut file = format!("#?RADIANCE\nNROWS={rows}\nNCOLS={cols}\nNCOMP=3\nFORMAT=ascii\n\n");
+        file.push_str(&"1 1 1\t".repeat(values));
+        fs::write(folder.path().join(name), file).unwrap();
+    };
+    write("dc.mtx", 2, 3, 6);
+    write("s.mtx", 3, 4, 12);
+    let good = lucarne(folder.path(), &["multiply", "dc.mtx", "s.mtx", "-o", "e.mtx"]);
+    assert!(good.status.success(), "{}", text(&good.stderr));
+    assert!(folder.path().join("e.mtx").exists());
+    fs::remove_file(folder.path().join("e.mtx")).unwrap();
+    for (rows, cols, values, words) in [(3, 4, 11, "s.mtx"), (3, 4, 13, "s.mtx"), (4, 4, 16, "s.mtx"), (0, 4, 0, "s.mtx")] {
+        write("s.mtx", rows, cols, values);
+        let output = lucarne(folder.path(), &["multiply", "dc.mtx", "s.mtx", "-o", "e.mtx"]);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{rows} {cols} {values}: {message}");
+        assert!(message.contains(words) && !message.contains("panicked"), "{message}");
+    }
+    for name in ["missing.mtx", "."] {
+        let output = lucarne(folder.path(), &["multiply", "dc.mtx", name, "-o", "e.mtx"]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(text(&output.stderr).contains("lucarne: error: "));
+    }
+    fs::write(folder.path().join("s.mtx"), b"#?RADIANCE\nNROWS=3\nNCOLS=4\nNCOMP=3\nFORMAT=float\n\n\x00\x01").unwrap();
+    assert_eq!(lucarne(folder.path(), &["multiply", "dc.mtx", "s.mtx", "-o", "e.mtx"]).status.code(), Some(1));
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "{left:?}");
+}
+
+#[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_is_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -352,7 +384,7 @@ fn help_and_version_are_there_and_nonsense_is_refused() {
     let here = Path::new(".");
     let help = lucarne(here, &["--help"]);
     assert!(help.status.success());
-    for verb in ["matrix", "sky", "multiply", "bsdf", "devices", "run"] {
+    for verb in ["matrix", "sky", "multiply", "bsdf", "falsecolor", "glare", "devices", "run"] {
         assert!(text(&help.stdout).contains(&format!("\n  {verb}")), "{verb}");
     }
     assert_eq!(text(&lucarne(here, &["--version"]).stdout), format!("lucarne {}\n", env!("CARGO_PKG_VERSION")));
