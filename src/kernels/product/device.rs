@@ -2,7 +2,7 @@
 
 use super::{Arrangement, Factor, Multiplier, Values, check_fit, lanes};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Chunk, Device, DeviceKind, Kernel, Plan, Registered, check_finite};
+use crate::gpu::{Buffer, Chunk, Device, DeviceKind, Kernel, Plan, Registered, check_finite, source};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -128,7 +128,16 @@ impl OnDevice {
     /// # Errors
     /// A device without a fixed subgroup size for [`DeviceKernel::Subgroup`]; refusal by the driver.
     pub fn with_kernel(device: &Device, kernel: DeviceKernel) -> Result<Self> {
-        let pack = Kernel::new(device, "product/pack", &[], &[])?;
+        Self::build(device, kernel, |_, text| text.to_string())
+    }
+
+    /// As [`with_kernel`](Self::with_kernel) with every shader text passed through `alter`: tests
+    /// plant faults with it, to see that they are found.
+    pub(super) fn build(device: &Device, kernel: DeviceKernel, alter: impl Fn(&str, &str) -> String) -> Result<Self> {
+        const SHARED: &str = "shared/gemm";
+        const PACK: &str = "product/pack";
+        let text_of = |path: &str| alter(path, source(path).unwrap_or_default());
+        let pack = Kernel::with_generated(device, PACK, &[], &[], &[(PACK, &text_of(PACK))])?;
         let (path, generated, workgroup, name) = match kernel {
             DeviceKernel::Tiled => ("product/gemm_tiled", None, [TILE, TILE], "tiled"),
             DeviceKernel::Subgroup => {
@@ -139,8 +148,10 @@ impl OnDevice {
                 ("product/gemm_subgroup", Some(lanes::wgsl(lanes)), [lanes::rows(lanes), lanes::columns(lanes)], "subgroup")
             }
         };
-        let generated: Vec<(&str, &str)> = generated.iter().map(|text| ("generated/lanes", text.as_str())).collect();
-        let variant = |features: &[&str]| Kernel::with_generated(device, path, features, &[], &generated);
+        let mut texts = vec![(SHARED, text_of(SHARED)), (path, text_of(path))];
+        texts.extend(generated.map(|text| ("generated/lanes", alter("generated/lanes", &text))));
+        let texts: Vec<(&str, &str)> = texts.iter().map(|(path, text)| (*path, text.as_str())).collect();
+        let variant = |features: &[&str]| Kernel::with_generated(device, path, features, &[], &texts);
         let gemm = [variant(ARRANGEMENTS[0])?, variant(ARRANGEMENTS[1])?];
         let limits = device.limits();
         let tile_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(1 << 30);

@@ -115,7 +115,7 @@ fn check_fit(left: &Factor, right: &Factor, first: usize, count: usize, product:
 /// The multiplier for this machine. A `choice` (the option `--device`) is honoured: `native` means
 /// the processor without a GPU interface, anything else chooses a device as [`Device::open`].
 /// Without a choice it is the device, unless that is software on the CPU or absent: there the native
-/// product is three times as fast as the fastest kernel (see the benchmark `product`).
+/// product is several times as fast as the fastest kernel (see the benchmark `product`).
 ///
 /// # Errors
 /// As [`Device::open`], if there is a choice.

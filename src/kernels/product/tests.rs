@@ -40,19 +40,65 @@ const SHAPES: [(usize, usize, usize, usize); 9] = [
     (600, 9, 520, 3),
 ];
 
+/// The first entry of all shapes and arrangements that is off by more than rounding allows.
+fn first_fault(multiplier: &dyn Multiplier) -> Option<String> {
+    for (rows, terms, columns, components) in SHAPES {
+        let (a, b) = (matrix(rows, terms, components, 1), matrix(terms, columns, components, 2));
+        let (exact, magnitudes) = reference::product(&a.map(f64::from), &b.map(f64::from));
+        let left = multiplier.left(rows, terms, components, a.data().into()).unwrap();
+        let right = multiplier.right(terms, columns, components, b.data().into()).unwrap();
+        for arrangement in [Arrangement::Rows, Arrangement::Columns] {
+            let mut got = vec![f32::NAN; rows * columns * components];
+            multiplier.multiply(&left, &right, 0, columns, arrangement, &mut got).unwrap();
+            for (i, entry) in got.chunks_exact(components).enumerate() {
+                let (row, column) = match arrangement {
+                    Arrangement::Rows => (i / columns, i % columns),
+                    Arrangement::Columns => (i % rows, i / rows),
+                };
+                for (c, value) in entry.iter().enumerate() {
+                    let error = (f64::from(*value) - exact.at(row, column)[c]).abs();
+                    let bound = reference::gamma(terms) * magnitudes.at(row, column)[c];
+                    if error.is_nan() || error > bound {
+                        return Some(format!(
+                            "{rows}×{terms}×{columns} {arrangement:?}: entry {row}, {column}, {c}: {error:e} > {bound:e}"
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    None
+}
+
 #[test]
 fn every_entry_lies_within_the_rounding_bound() {
     for multiplier in multipliers("products") {
-        for (rows, terms, columns, components) in SHAPES {
-            let (a, b) = (matrix(rows, terms, components, 1), matrix(terms, columns, components, 2));
-            let (exact, magnitudes) = reference::product(&a.map(f64::from), &b.map(f64::from));
-            let got = multiply(&*multiplier, &a, &b).unwrap();
-            for (i, ((g, e), m)) in got.data().iter().zip(exact.data()).zip(magnitudes.data()).enumerate() {
-                let bound = reference::gamma(terms) * m;
-                let error = (f64::from(*g) - e).abs();
-                assert!(error <= bound, "{} {rows}×{terms}×{columns}: entry {i}: {error:e} > {bound:e}", multiplier.description());
-            }
+        assert_eq!(first_fault(&*multiplier), None, "{}", multiplier.description());
+    }
+}
+
+#[test]
+fn faults_planted_in_the_shaders_are_found() {
+    let Some(device) = Device::for_tests("faults planted in product shaders") else { return };
+    let faults = [
+        (DeviceKernel::Tiled, "product/gemm_tiled", "vec4<f32>(lower.z), b", "vec4<f32>(lower.y), b"),
+        (DeviceKernel::Tiled, "product/gemm_tiled", "left_tile[k * QUADS + 16u", "left_tile[k * QUADS + 15u"),
+        (DeviceKernel::Tiled, "shared/gemm", "= row2;", "= row1;"),
+        (DeviceKernel::Tiled, "shared/gemm", "= turned[3];", "= turned[2];"),
+        (DeviceKernel::Tiled, "product/pack", "element * params.components + component]", "element * params.components]"),
+        (DeviceKernel::Subgroup, "generated/lanes", "(rows.z, 1u)", "(rows.z, 0u)"),
+        (DeviceKernel::Subgroup, "generated/lanes", "term < params.inner", "term + 8u < params.inner"),
+        (DeviceKernel::Subgroup, "product/gemm_subgroup", "+ params.first_column +", "+ 1u +"),
+    ];
+    for (kernel, path, from, to) in faults {
+        if kernel == DeviceKernel::Subgroup && device.subgroup_size().is_none() {
+            continue;
         }
+        let multiplier = OnDevice::build(&device, kernel, |at, text| {
+            assert!(at != path || text.contains(from), "{path} no longer contains '{from}'");
+            if at == path { text.replace(from, to) } else { text.to_string() }
+        });
+        assert!(first_fault(&multiplier.unwrap()).is_some(), "nobody noticed '{to}' in {path}");
     }
 }
 
