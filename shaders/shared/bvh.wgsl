@@ -205,15 +205,23 @@ fn offset_from_surface(point: vec3<f32>, side: vec3<f32>) -> vec3<f32> {
     return point + side * margin_at(point);
 }
 
-// Where a ray goes on that has met a surface, on the side of the unit normal `side`. The point is
-// found from the corners, more exact than origin + distance · direction, but no more exact than
-// these; it is moved off the surface, and away from the triangle's edges so that at a corner of the
-// room it is not beyond the neighbour.
+// The point of a hit, found from the corners: more exact than origin + distance · direction, but no
+// more exact than these.
+fn hit_point(hit: Hit) -> vec3<f32> {
+    let a = bvh_triangles[hit.triangle * 3u].xyz;
+    let b = bvh_triangles[hit.triangle * 3u + 1u].xyz;
+    let c = bvh_triangles[hit.triangle * 3u + 2u].xyz;
+    return a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y;
+}
+
+// Where a ray goes on that has met a surface, on the side of the unit normal `side`: moved off
+// the surface, and away from the triangle's edges so that at a corner of the room it is not beyond
+// the neighbour.
 fn leave_surface(hit: Hit, side: vec3<f32>) -> vec3<f32> {
     let a = bvh_triangles[hit.triangle * 3u].xyz;
     let b = bvh_triangles[hit.triangle * 3u + 1u].xyz;
     let c = bvh_triangles[hit.triangle * 3u + 2u].xyz;
-    let point = a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y;
+    let point = hit_point(hit);
     let margin = max(margin_at(point), max(max(extent(a), extent(b)), extent(c)) * 1e-6);
     let inward = (a + b + c) / 3.0 - point;
     return point + side * margin + inward * min(margin / max(length(inward), 1e-20), 0.01);

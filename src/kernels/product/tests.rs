@@ -10,7 +10,7 @@ fn matrix(rows: usize, cols: usize, components: usize, seed: u32) -> Matrix<f32>
         .map(|_| {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let unit = (state >> 8) as f32 / 16_777_216.0;
-            (unit - 0.3) * if state % 7 == 0 { 1000.0 } else { 1.0 }
+            (unit - 0.3) * if state.is_multiple_of(7) { 1000.0 } else { 1.0 }
         })
         .collect();
     Matrix::from_data(rows, cols, components, data).unwrap()
