@@ -120,11 +120,8 @@ fn the_direct_view_matrix_of_the_black_room_is_the_configuration_factor() {
     let [a, b, c] = window.triangles[0];
     let d = a + c - b;
     let corners = if (b - a).dot(c - b).abs() < 1e-9 { [a, b, c, d] } else { panic!("the window is no rectangle cut along its diagonal") };
-    let errors: Vec<f64> = sensors
-        .iter()
-        .enumerate()
-        .map(|(row, sensor)| sum(v.total.row(row)) / 3.0 / polygon_irradiance(&corners, sensor) - 1.0)
-        .collect();
+    let errors: Vec<f64> =
+        sensors.iter().enumerate().map(|(row, sensor)| sum(v.total.row(row)) / 3.0 / polygon_irradiance(&corners, sensor) - 1.0).collect();
     println!("Vd against configuration factors: mean {:+.4} %, worst {:.4} %", mean(&errors) * 100.0, worst(&errors) * 100.0);
     assert!(mean(&errors).abs() < 1e-3 && worst(&errors) < 0.01, "{errors:?}");
     assert!(polygon_irradiance(&corners, &sensors[0]) < PI);
@@ -200,7 +197,12 @@ fn a_year_of_illuminance_in_the_tutorial_room_is_radiances() {
     for (name, hourly) in [("clear", 0.02), ("blinds", 0.01), ("ven0", 0.02), ("ven45", 0.01)] {
         let found = years(v, &transmission(&data.join(format!("tutorial_room/bsdf/{name}.xml"))), &at_window);
         let d = difference(&found, &reference_years(&data.join(format!("reference/sensors/annual_MF1_{name}.ill"))));
-        println!("MF:1 {name}: bias {:+.3} %, annual sums within {:.3} %, hourly {:.3} %", d.bias * 100.0, d.annual * 100.0, d.hourly * 100.0);
+        println!(
+            "MF:1 {name}: bias {:+.3} %, annual sums within {:.3} %, hourly {:.3} %",
+            d.bias * 100.0,
+            d.annual * 100.0,
+            d.hourly * 100.0
+        );
         assert!(d.bias.abs() < 0.005 && d.annual < 0.015 && d.hourly < hourly, "{name}: {d:?}");
     }
 }
@@ -270,7 +272,8 @@ fn a_room_without_symmetry_agrees_hour_by_hour_with_radiances_programs() {
         .map(|s| format!("{} {} {} {} {} {}\n", s.position.x, s.position.y, s.position.z, s.direction.x, s.direction.y, s.direction.z))
         .collect();
     std::fs::write(there.join("plain_points.txt"), points).unwrap();
-    let run = |program: &str, arguments: &str, input: Option<&Path>, output: &str| radiance(there, program, arguments, input, output).unwrap();
+    let run =
+        |program: &str, arguments: &str, input: Option<&Path>, output: &str| radiance(there, program, arguments, input, output).unwrap();
     run("oconv", "-f room.rad", None, "room.oct");
     let view = format!("-I+ -ab 3 -ad 16384 -lw 5e-5 -n 2 -y {} -faf - window.rad -i room.oct", sensors.len());
     run("rfluxmtx", &view, Some(&there.join("plain_points.txt")), "V.mtx");

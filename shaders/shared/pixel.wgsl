@@ -5,7 +5,8 @@ struct TileParams {
     seed: u32,
     // Pixels of this tile.
     pixels: u32,
-    padding: u32,
+    // Rounds of light paths, all of which are summed.
+    rounds: u32,
     batches: u32,
     bins: u32,
     window_count: u32,

@@ -111,7 +111,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         arrived += passed;
     }
     let mean_share = select(vec3<f32>(1.0), arrived / max(traced, 1.0), traced > 0.0);
-    let scale = weight * (0.3183098861837907 / f32(params.lights));
+    let scale = weight * (0.3183098861837907 / f32(params.lights * params.rounds));
     for (var bin = 0u; bin < params.bins; bin++) {
         let cell = pixel_cell(shape, bin, batch, pixel);
         let share = shares[cell];

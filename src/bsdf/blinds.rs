@@ -95,7 +95,8 @@ impl Venetian {
         let fault = |field: &str, message: String| Err(Error::new(message).field(field));
         for (name, value) in [("width", self.width), ("spacing", self.spacing)] {
             if !(value > 1e-6 && value < 1e3) {
-                return fault(name, format!("{value} m is no length of a slat")).map_err(|e| e.help("give a length with its unit, for instance 25mm"));
+                return fault(name, format!("{value} m is no length of a slat"))
+                    .map_err(|e| e.help("give a length with its unit, for instance 25mm"));
             }
         }
         if !(self.angle.abs() <= 90.0) {
@@ -118,8 +119,11 @@ impl Venetian {
             }
         }
         if self.cut_each_other() {
-            return fault("angle", format!("slats {} m wide, {} m apart and tilted by {}° touch or cut each other", self.width, self.spacing, self.angle))
-                .map_err(|e| e.help("tilt them less, or increase the spacing"));
+            return fault(
+                "angle",
+                format!("slats {} m wide, {} m apart and tilted by {}° touch or cut each other", self.width, self.spacing, self.angle),
+            )
+            .map_err(|e| e.help("tilt them less, or increase the spacing"));
         }
         Ok(())
     }

@@ -333,11 +333,10 @@ impl Parameters {
         let Some(value) = self.0.get(key) else { return Ok(None) };
         let letters = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
         let (number, name) = (letters.trim(), value[letters.len()..].trim());
-        let number: f64 = number
-            .parse()
-            .ok()
-            .filter(|x: &f64| x.is_finite())
-            .ok_or_else(|| Error::new(format!("{key}={value} is not a length")).help("give a number with its unit, for instance 25mm"))?;
+        let number: f64 =
+            number.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+                Error::new(format!("{key}={value} is not a length")).help("give a number with its unit, for instance 25mm")
+            })?;
         if name.is_empty() && number != 0.0 {
             return Err(Error::new(format!("{key}={value} has no unit")).help(format!("for instance {key}={value}mm")));
         }
@@ -378,7 +377,9 @@ fn venetian(text: &str, warnings: &mut Warnings) -> Result<Sample> {
     let roughness = given.share("roughness")?.unwrap_or(0.0);
     let kind = slat_material(reflectance, transmittance, specularity, roughness)?;
     if transmittance > 0.0 && blind.thickness > 0.0 {
-        return Err(Error::new("translucent slats are sheets: light passes their one surface").field("thickness").help("leave out the thickness"));
+        return Err(Error::new("translucent slats are sheets: light passes their one surface")
+            .field("thickness")
+            .help("leave out the thickness"));
     }
     let period = blind.period()?;
     let scene = Scene {
@@ -409,7 +410,13 @@ fn slat_material(reflectance: f64, transmittance: f64, specularity: f64, roughne
     let specular = reflectance * specularity;
     let diffuse = reflectance + transmittance - specular;
     let color = [if specular < 1.0 { diffuse / (1.0 - specular) } else { 0.0 }; 3];
-    Ok(MaterialKind::Trans { color, specularity: specular, roughness, transmissivity: transmittance / diffuse.max(1e-12), transmitted_specularity: 0.0 })
+    Ok(MaterialKind::Trans {
+        color,
+        specularity: specular,
+        roughness,
+        transmissivity: transmittance / diffuse.max(1e-12),
+        transmitted_specularity: 0.0,
+    })
 }
 
 /// The sums of an interrupted run, beside the output.
@@ -426,7 +433,11 @@ impl Store {
             p.with_file_name(name)
         });
         let mut inputs = lucarne::simulate::Fingerprint::new("BSDF");
-        inputs.add(&(directions, options)).add(&(sample.low, sample.high, sample.repeats)).add(&sample.scene.triangles).add(&sample.scene.materials);
+        inputs
+            .add(&(directions, options))
+            .add(&(sample.low, sample.high, sample.repeats))
+            .add(&sample.scene.triangles)
+            .add(&sample.scene.materials);
         Self { path, inputs: inputs.to_string() }
     }
 
@@ -470,7 +481,11 @@ fn write_errors(path: &Path, table: &Table, command: &str) -> Result<()> {
         }
     }
     let names = Component::ALL.map(Component::xml_name).join(", ");
-    let header = [command.to_string(), format!("SOFTWARE= Lucarne {}", env!("CARGO_PKG_VERSION")), format!("CONTENT= standard errors in 1/sr of {names}")];
+    let header = [
+        command.to_string(),
+        format!("SOFTWARE= Lucarne {}", env!("CARGO_PKG_VERSION")),
+        format!("CONTENT= standard errors in 1/sr of {names}"),
+    ];
     write_matrix(Some(path), &errors, Format::Float, &header)
 }
 

@@ -196,7 +196,14 @@ impl<'a> Tracer<'a> {
         batch.clear(&self.sent).clear(&self.left);
         batch.submit()?;
         let params = GenerationParams { first_sample: first, samples: chains, ..self.params };
-        self.run(&self.start, params, &[("diffuse_triangles", &self.triangles)], [chains.div_ceil(64), 1, 1], u64::from(chains), statistics)?;
+        self.run(
+            &self.start,
+            params,
+            &[("diffuse_triangles", &self.triangles)],
+            [chains.div_ceil(64), 1, 1],
+            u64::from(chains),
+            statistics,
+        )?;
         let mut listed: Vec<u32> = (0..chains).collect();
         device.write(&self.listed, &listed)?;
         let (incident, outgoing) = (2 * params.in_cells, 2 * params.out_cells);
@@ -221,7 +228,9 @@ impl<'a> Tracer<'a> {
         }
         let (sent, left) = (device.read::<u32>(&self.sent)?, device.read::<u32>(&self.left)?);
         if sent.iter().chain(&left).any(|&u| u >= FULL) {
-            return Err(Error::new("the sums of one chain ran over").help("mirrors concentrate light on very few cells; use --method paths"));
+            return Err(
+                Error::new("the sums of one chain ran over").help("mirrors concentrate light on very few cells; use --method paths")
+            );
         }
         Ok((sent, left))
     }

@@ -242,7 +242,10 @@ fn explain(job: &Job, table: &Table, statistics: &GenerationStatistics, warnings
     let [front, room] = [ReflectionFront, ReflectionBack].map(|c| table.hemispherical(c));
     for (sum, side) in [(through + front, "outside"), (back + room, "room")] {
         if sum > 1.005 && job.tables.features.grey {
-            warnings.push(at(format!("{:.1} % of the light from the {side} comes out again: a material reflects more than it receives", 100.0 * sum)));
+            warnings.push(at(format!(
+                "{:.1} % of the light from the {side} comes out again: a material reflects more than it receives",
+                100.0 * sum
+            )));
         }
     }
 }

@@ -29,7 +29,8 @@ impl Table {
                 let n = self.directions().outgoing();
                 // The upper half of the first dimension is not used.
                 let used = self.directions().incident() * n;
-                let mut grid: Vec<f32> = (0..2 * used).map(|k| if k < used { self.mean(component, k % n, k / n) as f32 } else { 0.0 }).collect();
+                let mut grid: Vec<f32> =
+                    (0..2 * used).map(|k| if k < used { self.mean(component, k % n, k / n) as f32 } else { 0.0 }).collect();
                 reduce(&mut grid, 3, log2, cull);
                 Block::Tree(TensorTree::from_grid(3, log2, &grid, 0.0))
             }

@@ -34,8 +34,7 @@ impl Sample {
         if corners().any(|p| !p.is_finite()) {
             return Err(Error::new("the geometry has coordinates that are not finite"));
         }
-        let (found_low, found_high) =
-            corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let (found_low, found_high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let empty = scene.triangles.is_empty() || found_low.x > found_high.x;
         let (low, high) = match dim {
             Some(d) => (DVec3::new(d[0], d[2], d[4]), DVec3::new(d[1], d[3], d[5])),
@@ -46,13 +45,17 @@ impl Sample {
         };
         let named = |e: Error| if dim.is_some() { e.field("-dim") } else { e.field("geometry") };
         if !(low.is_finite() && high.is_finite()) || high.x < low.x || high.y < low.y || high.z < low.z {
-            return Err(named(Error::new(format!("the box {} is not in ascending order", words(low, high))).help("give xmin xmax ymin ymax zmin zmax")));
+            return Err(named(
+                Error::new(format!("the box {} is not in ascending order", words(low, high))).help("give xmin xmax ymin ymax zmin zmax"),
+            ));
         }
         let extent = (high - low).max_element().max(1e-12);
         for (axis, size) in [("x", high.x - low.x), ("y", high.y - low.y)] {
             if !(size > 1e-6 * extent) {
-                return Err(named(Error::new(format!("the box {} has no extent along {axis}", words(low, high)))
-                    .help("the device lies in the xy-plane with the room at +z: turn it with xform, for instance -rx 90")));
+                return Err(named(
+                    Error::new(format!("the box {} has no extent along {axis}", words(low, high)))
+                        .help("the device lies in the xy-plane with the room at +z: turn it with xform, for instance -rx 90"),
+                ));
             }
         }
         let sample = Self { scene, low, high, repeats };
@@ -119,7 +122,10 @@ impl Sample {
                 .help("compare -dim with the geometry's own box, which is used without -dim"));
         }
         if found_high.z > tolerance {
-            warnings.push(at(format!("the device reaches {} into the room (z > 0)", found_high.z)).help("its thickness counts from z = 0; move it behind with xform"));
+            warnings.push(
+                at(format!("the device reaches {} into the room (z > 0)", found_high.z))
+                    .help("its thickness counts from z = 0; move it behind with xform"),
+            );
         } else if found_high.z < -0.1 * size - tolerance {
             warnings.push(at(format!("the device lies far behind z = 0 (its nearest point is at z = {})", found_high.z)));
         }
@@ -176,7 +182,9 @@ impl Sample {
                         continue;
                     }
                     if scene.triangles.len() >= MOST_TRIANGLES {
-                        return Err(Error::new("the geometry is too large compared with the period").field("-dim").help("repeat a larger box"));
+                        return Err(Error::new("the geometry is too large compared with the period")
+                            .field("-dim")
+                            .help("repeat a larger box"));
                     }
                     let shift = DVec3::new(i as f64 * size.x, j as f64 * size.y, 0.0);
                     scene.triangles.push(Triangle { vertices: triangle.vertices.map(|p| p + shift), ..*triangle });

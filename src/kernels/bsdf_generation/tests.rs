@@ -35,7 +35,10 @@ fn a_hole_is_the_identity_in_every_basis() {
                 for o in 0..directions.outgoing() {
                     let expected = if i == o { 1.0 / projected[o] } else { 0.0 };
                     let found = table.mean(component, o, i);
-                    assert!((found - expected).abs() < 1e-5 * expected.max(1.0), "{directions:?} {component:?} {i} {o}: {found} {expected}");
+                    assert!(
+                        (found - expected).abs() < 1e-5 * expected.max(1.0),
+                        "{directions:?} {component:?} {i} {o}: {found} {expected}"
+                    );
                 }
             }
             assert!((table.hemispherical(component) - 1.0).abs() < 1e-5);
@@ -75,7 +78,12 @@ fn check(table: &Table, component: Component, expected: impl Fn(usize, usize) ->
     }
     let n = (d.incident() * d.outgoing()) as f64;
     let floor = 1e-5 * expected(0, 0);
-    assert!((deviations / n).sqrt() < 1.5 * (errors / n).sqrt() + floor, "{component:?}: RMS deviation {}, standard error {}", (deviations / n).sqrt(), (errors / n).sqrt());
+    assert!(
+        (deviations / n).sqrt() < 1.5 * (errors / n).sqrt() + floor,
+        "{component:?}: RMS deviation {}, standard error {}",
+        (deviations / n).sqrt(),
+        (errors / n).sqrt()
+    );
 }
 
 #[test]

@@ -36,7 +36,7 @@ gpu_struct! {
     pub(crate) struct TileParams {
         seed: u32,
         pixels: u32,
-        padding: u32,
+        rounds: u32,
         batches: u32,
         bins: u32,
         window_count: u32,
@@ -123,6 +123,8 @@ impl Default for ImageOptions {
 
 /// `MOST_RAYS` of `pixel_gather`.
 const MOST_VISIBILITY_RAYS: u32 = 64;
+/// Lights of all bins that an invocation of `pixel_gather` goes through, at most.
+const MOST_LIGHTS: u32 = 1 << 14;
 /// Pixels of a tile, at most: bounds the time of a dispatch.
 const MOST_TILE_PIXELS: usize = 8192;
 
@@ -293,14 +295,14 @@ impl<'d> ImageTracer<'d> {
         let params = TileParams {
             seed: stream_seed(o.seed, 0, 0x7069_7865),
             pixels: pixels as u32,
-            padding: 0,
+            rounds: self.rounds(),
             batches: o.batches,
             bins: bins as u32,
             window_count: self.tables.windows.len() as u32,
             subpixels: o.subpixels,
             window_samples: o.window_samples,
             traced_every: o.traced_every,
-            lights: o.light_paths,
+            lights: self.paths_per_round(),
             near_radius: o.near_radius,
             unit: self.unit(),
         };
@@ -343,28 +345,56 @@ impl<'d> ImageTracer<'d> {
             near = Some(near_paths(device, (&self.tables, &self.scene), &self.near, &near_options, which, statistics)?);
         }
         if reflected {
-            let path_options = LightPathOptions { paths: o.light_paths, batches: o.batches, bounces: o.bounces, seed: o.seed };
-            let paths = LightPaths::new(device, &self.tables, &self.scene, &self.light_paths, path_options, None)?;
-            for vertex in 0..paths.most_vertices() {
-                let go_on = paths.advance(vertex, statistics)?;
-                let params = device.uniform("tile parameters", &TileParams { seed: stream_seed(o.seed, vertex, 0x6761_7468), ..params })?;
-                let own = [
-                    ("params", &params),
-                    ("receivers", &receivers),
-                    ("receiver_weights", &weights),
-                    ("shares", &shares),
-                    ("sums", &sums),
-                    ("lights", &paths.lights),
-                    ("light_counts", &paths.light_counts),
-                ];
-                self.run(&self.gather, &own, [groups, o.batches, 1], (pixels * batches) as u64, statistics)?;
-                statistics.segments += (pixels * batches) as u64 * u64::from(o.visibility_rays);
-                if !go_on {
-                    break;
-                }
+            for round in 0..self.rounds() {
+                self.reflected(round, &params, (&receivers, &weights), (&shares, &sums), statistics)?;
             }
         }
         Ok(TracedTile { sums: device.read_finite(&sums)?, seen: device.read(&seen)?, weights: device.read(&weights)?, near })
+    }
+
+    /// Light paths that one dispatch of `pixel_gather` can connect: a limit on its loops, which some
+    /// drivers cut short.
+    fn paths_per_round(&self) -> u32 {
+        (MOST_LIGHTS / self.tables.bins() as u32).clamp(1, self.options.light_paths)
+    }
+
+    fn rounds(&self) -> u32 {
+        self.options.light_paths.div_ceil(self.paths_per_round())
+    }
+
+    /// Adds the light of one round of light paths to `sums`.
+    fn reflected(
+        &self,
+        round: u32,
+        params: &TileParams,
+        (receivers, weights): (&Buffer, &Buffer),
+        (shares, sums): (&Buffer, &Buffer),
+        statistics: &mut TraceStatistics,
+    ) -> Result<()> {
+        let (o, device) = (&self.options, self.device);
+        let invocations = u64::from(params.pixels) * u64::from(params.batches);
+        let seed = stream_seed(o.seed, round, 0x726f_756e);
+        let path_options = LightPathOptions { paths: self.paths_per_round(), batches: o.batches, bounces: o.bounces, seed };
+        let paths = LightPaths::new(device, &self.tables, &self.scene, &self.light_paths, path_options, None)?;
+        for vertex in 0..paths.most_vertices() {
+            let go_on = paths.advance(vertex, statistics)?;
+            let params_now = device.uniform("tile parameters", &TileParams { seed: stream_seed(seed, vertex, 0x6761_7468), ..*params })?;
+            let own = [
+                ("params", &params_now),
+                ("receivers", receivers),
+                ("receiver_weights", weights),
+                ("shares", shares),
+                ("sums", sums),
+                ("lights", &paths.lights),
+                ("light_counts", &paths.light_counts),
+            ];
+            self.run(&self.gather, &own, [params.pixels.div_ceil(64), o.batches, 1], invocations, statistics)?;
+            statistics.segments += invocations * u64::from(o.visibility_rays);
+            if !go_on {
+                break;
+            }
+        }
+        Ok(())
     }
 
     fn run(

@@ -1,7 +1,7 @@
 //! Comparison of traced matrices with the f64 reference, by their standard errors.
 
-use super::reference::Estimate;
 use super::TracedMatrix;
+use super::reference::Estimate;
 
 /// Chi-square-like comparison of a traced row with the reference: the deviations in units of their
 /// combined standard errors must be spread as noise is. Bins too rare for a normal distribution

@@ -1,12 +1,12 @@
 //! Extreme scenes, each with the value it must give and why.
 
+use super::TracedMatrix;
 use super::comparison::assert_agrees;
 use super::reference;
 use super::rooms::{Builder, asymmetric, placed, sensor, street, window};
 use crate::bins::{Frame, KlemsBasis, ReinhartSky};
 use crate::gpu::Device;
 use crate::kernels::daylight_matrix::{self, DaylightOptions};
-use super::TracedMatrix;
 use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
@@ -36,7 +36,8 @@ fn direct_sum(v: &TracedMatrix, row: usize) -> f64 {
 #[test]
 fn size_and_place_of_the_scene_change_nothing() {
     let Some(device) = Device::for_tests("scale and place") else { return };
-    let sensors = [sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]), sensor([3.6, 0.6, 0.1], [0.0, 0.2, 1.0]), sensor([0.05, 4.0, 1.5], [1.0, -0.3, 0.0])];
+    let sensors =
+        [sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]), sensor([3.6, 0.6, 0.1], [0.0, 0.2, 1.0]), sensor([0.05, 4.0, 1.5], [1.0, -0.3, 0.0])];
     let (scene, w) = asymmetric();
     let (outside, outer) = street();
     let options = ViewOptions { bounces: Some(3), light_paths: 32, ..ViewOptions::default() };
@@ -159,7 +160,14 @@ fn turning_the_room_and_sensors_on_its_surfaces_change_nothing() {
     let Some(device) = Device::for_tests("sensors on surfaces") else { return };
     let (scene, w) = asymmetric();
     // Well above the floor, exactly on it (in the middle and in a corner), and on the dark wall.
-    let base = [([1.3, 2.0, 1e-3], DVec3::Z), ([1.3, 2.0, 0.0], DVec3::Z), ([3.0, 4.0, 1e-3], DVec3::Z), ([3.0, 4.0, 0.0], DVec3::Z), ([1e-3, 2.0, 1.0], DVec3::X), ([0.0, 2.0, 1.0], DVec3::X)];
+    let base = [
+        ([1.3, 2.0, 1e-3], DVec3::Z),
+        ([1.3, 2.0, 0.0], DVec3::Z),
+        ([3.0, 4.0, 1e-3], DVec3::Z),
+        ([3.0, 4.0, 0.0], DVec3::Z),
+        ([1e-3, 2.0, 1.0], DVec3::X),
+        ([0.0, 2.0, 1.0], DVec3::X),
+    ];
     let options = ViewOptions { bounces: Some(3), light_paths: 256, near_samples: 2048, ..ViewOptions::default() };
     let mut first: Option<Vec<(f64, f64)>> = None;
     for turn in [DMat3::IDENTITY, DMat3::from_rotation_z(0.4) * DMat3::from_rotation_x(0.9) * DMat3::from_rotation_y(-0.6)] {
@@ -229,11 +237,13 @@ fn where_short_connections_end_changes_nothing() {
     let Some(device) = Device::for_tests("short connections") else { return };
     let (scene, w) = asymmetric();
     // Beside the dark wall, in a corner, beside the pillar.
-    let sensors = [sensor([0.05, 2.0, 0.4], [0.5, 0.0, 1.0]), sensor([0.1, 4.9, 0.1], [0.0, 0.0, 1.0]), sensor([2.95, 1.7, 1.0], [-0.3, 0.0, 1.0])];
+    let sensors =
+        [sensor([0.05, 2.0, 0.4], [0.5, 0.0, 1.0]), sensor([0.1, 4.9, 0.1], [0.0, 0.0, 1.0]), sensor([2.95, 1.7, 1.0], [-0.3, 0.0, 1.0])];
     compare_splits(&device, &scene, &w, &sensors, &[0.05, 0.5, 3.0, 1e6]);
     // A peephole: all that comes from it is tiny.
     let b = Builder { scene };
-    let hole = window([[1.0, 0.01, 1.5], [1.0, 0.01, 1.51], [1.01, 0.01, 1.51], [1.01, 0.01, 1.5]], DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
+    let hole =
+        window([[1.0, 0.01, 1.5], [1.0, 0.01, 1.51], [1.01, 0.01, 1.51], [1.01, 0.01, 1.5]], DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
     compare_splits(&device, &b.scene, &hole, &sensors, &[5.0, 100.0, 1e6]);
 }
 
