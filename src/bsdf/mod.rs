@@ -24,6 +24,8 @@ pub mod difference;
 pub mod interpolate;
 pub mod isotropic;
 mod klems;
+pub mod glass;
+pub mod layer;
 mod numbers;
 mod overlap;
 mod read;

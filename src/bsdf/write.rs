@@ -73,16 +73,17 @@ fn write_all(out: &mut dyn Write, bsdf: &Bsdf, structure: &str, made_by: &str) -
          xsi:schemaLocation=\"http://windows.lbl.gov/BSDF-v1.4.xsd\">"
     )?;
     writeln!(out, "<WindowElementType>System</WindowElementType>\n<FileType>BSDF</FileType>\n<Optical>\n<Layer>\n\t<Material>")?;
-    writeln!(out, "\t\t<Name>{}</Name>\n\t\t<Manufacturer>{}</Manufacturer>", escape(&bsdf.name), escape(&bsdf.manufacturer))?;
-    // pywincalc insists on a thickness; 0 says nothing wrong about an unknown one.
+    // pywincalc crashes on empty names, and insists on a thickness: 0 says nothing wrong about an
+    // unknown one.
+    let or = |text: &str, otherwise: &str| escape(if text.trim().is_empty() { otherwise } else { text });
+    writeln!(out, "\t\t<Name>{}</Name>\n\t\t<Manufacturer>{}</Manufacturer>", or(&bsdf.name, "unnamed"), or(&bsdf.manufacturer, "unknown"))?;
     writeln!(out, "\t\t<Thickness unit=\"Meter\">{}</Thickness>", bsdf.thickness.unwrap_or(0.0))?;
     for (name, length) in [("Width", bsdf.width), ("Height", bsdf.height)] {
         if let Some(metres) = length {
             writeln!(out, "\t\t<{name} unit=\"Meter\">{metres}</{name}>")?;
         }
     }
-    let device_type = if bsdf.device_type.is_empty() { "Other" } else { &bsdf.device_type };
-    writeln!(out, "\t\t<DeviceType>{}</DeviceType>", escape(device_type))?;
+    writeln!(out, "\t\t<DeviceType>{}</DeviceType>", or(&bsdf.device_type, "Other"))?;
     let has = |name: &str| bsdf.properties.iter().any(|(n, _)| n == name);
     let defaults = DEFAULT_PROPERTIES.iter().filter(|(name, _)| !has(name)).map(|(n, v)| (*n, *v));
     for (name, text) in bsdf.properties.iter().map(|(n, v)| (n.as_str(), v.as_str())).chain(defaults) {

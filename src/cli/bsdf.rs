@@ -7,6 +7,7 @@ mod generate;
 mod info;
 mod interpolate;
 mod isotropic;
+mod layer;
 
 use clap::Subcommand;
 use lucarne::bins::{AngleBasis, KlemsBasis};
@@ -26,6 +27,7 @@ enum Verb {
     Info(info::Args),
     Check(check::Args),
     Isotropic(isotropic::Args),
+    Layer(layer::Args),
     Interpolate(interpolate::Args),
     Convert(convert::Args),
     Diff(diff::Args),
@@ -37,6 +39,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         Verb::Info(args) => info::run(&args, warnings),
         Verb::Check(args) => check::run(&args, warnings),
         Verb::Isotropic(args) => isotropic::run(&args, warnings),
+        Verb::Layer(args) => layer::run(&args, warnings),
         Verb::Interpolate(args) => interpolate::run(&args, warnings),
         Verb::Convert(args) => convert::run(&args, warnings),
         Verb::Diff(args) => diff::run(&args, warnings),

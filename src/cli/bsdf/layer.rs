@@ -1,0 +1,83 @@
+//! `lucarne bsdf layer`.
+
+use lucarne::bsdf::glass::Pane;
+use lucarne::bsdf::layer::{combine, flipped, length};
+use lucarne::bsdf::{self, Bsdf, Component};
+use lucarne::{Error, Result, Warnings};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Combines glass and BSDF layers into a window system (what WINDOW does), Visible and Solar.
+///
+/// Layers are named from the OUTSIDE to the INSIDE: XML files, `glass:NAME`, `glass:tvis=…,…`,
+/// and gaps (`gap=16mm`), which only add to the thickness. `flip:LAYER` turns a layer around.
+/// Front means WINDOW's front in all of them: the outside. (Radiance calls the room side front.)
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  lucarne bsdf layer outside.xml gap=16mm glass:clear_6mm -o system.xml\n  \
+    lucarne bsdf layer glass:tvis=.78,rvis=.12,tsol=.42,rsol=.35,coated gap=16mm glass:clear_6mm gap=50mm flip:blind.xml -o system.xml")]
+pub struct Args {
+    /// Layers and gaps from outside to inside.
+    #[arg(required = true)]
+    layers: Vec<String>,
+    /// Klems basis of the result: full, half or quarter.
+    #[arg(long, default_value = "full")]
+    basis: String,
+    /// XML file to write; standard output if absent.
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+}
+
+pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
+    let basis = super::klems_basis(&args.basis)?;
+    let mut layers: Vec<Bsdf> = Vec::new();
+    let mut thickness = Some(0.0);
+    let mut add = |t: Option<f64>| thickness = thickness.zip(t).map(|(a, b): (f64, f64)| a + b);
+    for word in &args.layers {
+        if let Some(gap) = word.strip_prefix("gap=") {
+            add(Some(length(gap).map_err(|e| e.field(word.clone()))?));
+            continue;
+        }
+        let (plain, turn) = word.strip_prefix("flip:").map_or((word.as_str(), false), |w| (w, true));
+        let layer = if let Some(glass) = plain.strip_prefix("glass:") {
+            let pane = Pane::parse(glass)?;
+            let [visible, solar] = pane.to_blocks(&basis);
+            Bsdf { name: format!("glass {glass}"), thickness: Some(pane.thickness), visible, solar, ..Bsdf::default() }
+        } else {
+            bsdf::read(Path::new(plain), warnings)?
+        };
+        add(layer.thickness);
+        layers.push(if turn { flipped(&layer).map_err(|e| e.field(word.clone()))? } else { layer });
+    }
+    if layers.is_empty() {
+        return Err(Error::new("there are only gaps").help("name at least one layer"));
+    }
+    let mut system = combine(&layers, &basis, warnings)?;
+    system.bsdf.thickness = thickness;
+    bsdf::write(args.output.as_deref(), &system.bsdf, &super::made_by())?;
+    for (k, (band, blocks)) in system.bsdf.bands().into_iter().take(2).enumerate() {
+        if blocks.is_empty() {
+            continue;
+        }
+        let short = if band == "Visible" { "vis" } else { "sol" };
+        let value = |c: Component, f: &dyn Fn(&bsdf::Block) -> f64| blocks.get(c).map_or(f64::NAN, f);
+        let normal = |b: &bsdf::Block| b.direct_hemispherical(glam::DVec3::Z);
+        let diffuse = |b: &bsdf::Block| b.hemispherical();
+        for (name, f) in [("normal", &normal as &dyn Fn(&bsdf::Block) -> f64), ("diffuse", &diffuse)] {
+            eprintln!(
+                "{name:<8} T{short} {:.4}  R{short} front {:.4}  R{short} back {:.4}",
+                value(Component::TransmissionFront, f),
+                value(Component::ReflectionFront, f),
+                value(Component::ReflectionBack, f)
+            );
+        }
+        for (n, layer) in system.absorptance[k].iter().enumerate() {
+            eprintln!(
+                "layer {}  A{short} {:.4} at the normal, {:.4} diffuse (light from outside)",
+                n + 1,
+                layer.front[0],
+                layer.hemispherical[0]
+            );
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
