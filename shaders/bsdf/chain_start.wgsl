@@ -17,37 +17,34 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let index = params.first_sample + id.x;
-    let place = sample_pair(index, 0u, params.seed);
-    let choice = sample_pair(index, 1u, params.seed);
+    // Triangle and side; place; lobe.
+    let choice = sample_pair(index, 0u, params.seed);
+    let place = sample_pair(index, 1u, params.seed);
+    let lobe = sample_pair(index, 2u, params.seed).x;
     var low = 0u;
     var high = params.diffuse_count - 1u;
     while low < high {
         let middle = (low + high) / 2u;
-        if place.x >= diffuse_triangles[middle * 3u].w {
+        if choice.x >= diffuse_triangles[middle * 3u].w {
             low = middle + 1u;
         } else {
             high = middle;
         }
     }
-    let end = diffuse_triangles[low * 3u].w;
-    var begin = 0.0;
-    if low > 0u {
-        begin = diffuse_triangles[low * 3u - 3u].w;
-    }
     let a = diffuse_triangles[low * 3u].xyz;
     let b = diffuse_triangles[low * 3u + 1u].xyz;
     let c = diffuse_triangles[low * 3u + 2u].xyz;
-    let root = sqrt(clamp((place.x - begin) / max(end - begin, 1e-20), 0.0, 1.0));
+    let root = sqrt(place.x);
     let position = a * (1.0 - root) + b * (root * (1.0 - place.y)) + c * (root * place.y);
     let normal = normalize(cross(b - a, c - a));
     let number = bitcast<u32>(diffuse_triangles[low * 3u + 1u].w);
     let material = materials[number];
     let reflected = largest(material.diffuse);
     let transmitted = largest(material.diffuse_transmitted);
-    let arriving = select(-normal, normal, choice.x < 0.5);
+    let arriving = select(-normal, normal, choice.y < 0.5);
     var chain = Chain(in_period(position), number, arriving, 1u, arriving, 0u, vec3<f32>(0.0), 0u);
     // The albedo is in the density of the points already.
-    if choice.y * (reflected + transmitted) < reflected {
+    if lobe * (reflected + transmitted) < reflected {
         chain.weight = material.diffuse / reflected;
     } else {
         chain.leaving = -arriving;

@@ -54,7 +54,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let normal = select(chain.leaving, chain.arriving, INCOMING);
     var turn = vec2<f32>(1.0, 0.0);
     if DIRECTIONS == DIRECTIONS_SLICES {
-        let azimuth = TAU * sample_pair(index, 2u, params.seed).x;
+        let azimuth = TAU * sample_pair(index, 3u, params.seed).x;
         turn = vec2<f32>(cos(azimuth), sin(azimuth));
     }
     let projected = abs(normal.z) > PARALLEL;

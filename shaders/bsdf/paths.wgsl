@@ -1,12 +1,15 @@
 // BSDF of a sample by paths: each starts on a face of the box in an incident cell and is followed
 // until it leaves; one record (outgoing cell, what is left of it) per path.
 //
+// Without diffuse reflections (all surfaces are then smooth) light divides at the first surface that
+// both reflects and transmits specularly: paths come in pairs, one for each way.
+//
 // Incident cells are counted over both sides: light from the outside (travelling to +z) first.
 // Outgoing cells likewise: light that leaves to the outside (-z) first.
 
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_MIRROR};
+import package::shared::material::{materials, scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR, MATERIAL_MIRROR};
 import package::shared::bins::{TAU};
 import package::shared::counters::{counters, count_finished};
 import package::bsdf::sample::{params, GenerationParams, fly, in_period};
@@ -14,18 +17,20 @@ import package::bsdf::directions::{sample_cell, cell_of, turned, DIRECTIONS, DIR
 
 // Whether paths go on after a diffuse reflection; otherwise they end there without a record.
 override FOLLOW_DIFFUSE: bool = true;
+// 2 where paths come in pairs, else 1.
+override WAYS: u32 = 1u;
 // Ends paths that wander between mirrors.
 const MOST_SEGMENTS: u32 = 256u;
 const NOWHERE: u32 = 0xffffffffu;
 
-// [incident cell][path]: outgoing cell and bits of the weight.
+// [way][incident cell][path]: outgoing cell and bits of the weight.
 @group(0) @binding(7) var<storage, read_write> records: array<vec2<u32>>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let path = id.x;
     let cell = params.first_cell + id.y;
-    if path >= params.samples || cell >= 2u * params.in_cells {
+    if path >= params.samples || id.y >= params.cells {
         return;
     }
     let index = params.first_sample + path;
@@ -43,13 +48,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var weight = vec3<f32>(1.0);
     var record = vec2<u32>(NOWHERE, 0u);
     var bounces = 0u;
+    var divided = false;
     var ended = false;
     var segment = 0u;
     for (; segment < MOST_SEGMENTS; segment++) {
         let flight = fly(position, direction);
         let hit = flight.hit;
         if hit.triangle == NO_TRIANGLE {
-            if !flight.lost {
+            // What was never divided belongs to the first of the pair.
+            if !flight.lost && (divided || id.z == 0u) {
                 let out = cell_of(turned(direction, vec2<f32>(turn.x, -turn.y)));
                 record = vec2<u32>(select(0u, params.out_cells, direction.z > 0.0) + out, bitcast<u32>(dot(weight, params.luminance)));
             }
@@ -62,7 +69,21 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let choices = sample_pair(index, 3u + segment * 2u, seed);
         let slope = sample_pair(index, 4u + segment * 2u, seed);
         let material = materials[triangle_material(hit.triangle)];
-        let event = scatter(material, direction, facing, front, choices.x, slope);
+        var event: Scatter;
+        if WAYS == 2u && !divided {
+            let ways = smooth_specular(material, max(-dot(facing, direction), 1e-6), front);
+            let both = largest(ways[0]) > 0.0 && largest(ways[1]) > 0.0;
+            if !both && id.z == 1u {
+                ended = true;
+                break;
+            }
+            let through = select(largest(ways[0]) > 0.0, id.z == 0u, both);
+            let mirrored = direction - 2.0 * dot(facing, direction) * facing;
+            event = Scatter(LOBE_SPECULAR, through, select(ways[1], ways[0], through), select(mirrored, direction, through));
+            divided = both;
+        } else {
+            event = scatter(material, direction, facing, front, choices.x, slope);
+        }
         weight *= event.weight;
         if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {
             if material.kind == MATERIAL_MIRROR && !front {
@@ -92,7 +113,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         position = in_period(offset_from_surface(hit_point(hit), side));
     }
-    records[id.y * params.samples + path] = record;
+    records[(id.z * params.cells + id.y) * params.samples + path] = record;
     atomicAdd(&counters.segments, segment + 1u);
     count_finished(ended || segment == MOST_SEGMENTS);
 }

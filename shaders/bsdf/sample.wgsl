@@ -15,6 +15,8 @@ struct GenerationParams {
     samples: u32,
     // First incident cell of this dispatch, counted over both sides.
     first_cell: u32,
+    // Incident cells of this dispatch.
+    cells: u32,
     // Cells of one side, incident and outgoing.
     in_cells: u32,
     out_cells: u32,
@@ -28,6 +30,9 @@ struct GenerationParams {
     capacity: u32,
     // Triangles that scatter diffusely.
     diffuse_count: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
 @group(0) @binding(6) var<uniform> params: GenerationParams;

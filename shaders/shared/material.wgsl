@@ -102,6 +102,21 @@ fn diffuse_share(material: Material, cosine: f32) -> f32 {
     return 1.0 - smooth_fresnel(material, cosine);
 }
 
+// What a smooth surface lets straight through, and what it reflects as a mirror.
+fn smooth_specular(material: Material, cosine: f32, front: bool) -> array<vec3<f32>, 2> {
+    if material.kind == MATERIAL_GLASS {
+        return glass_pane(material.specular, material.roughness, cosine);
+    }
+    if material.kind == MATERIAL_MIRROR {
+        return array<vec3<f32>, 2>(vec3<f32>(0.0), select(vec3<f32>(0.0), material.specular, front));
+    }
+    if material.kind != MATERIAL_SURFACE {
+        return array<vec3<f32>, 2>(vec3<f32>(0.0), vec3<f32>(0.0));
+    }
+    let fresnel = smooth_fresnel(material, cosine);
+    return array<vec3<f32>, 2>(material.specular_transmitted * (1.0 - fresnel), material.specular + fresnel * (1.0 - material.specular));
+}
+
 // Draws what happens to light travelling along `incoming` at a surface with unit normal `facing`
 // (on the side of arrival). `front` tells whether that is the front side.
 fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bool, choice: f32, slope: vec2<f32>) -> Scatter {

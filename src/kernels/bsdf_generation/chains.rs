@@ -40,6 +40,10 @@ const MOST_RAYS: usize = 1 << 20;
 const MOST_BYTES: usize = 64 << 20;
 /// Fixed-point units of 1: values are of order 1 and their sums stay below 4096.
 const UNIT: f32 = (1u32 << 20) as f32;
+/// Steps of normals' components and of depths (in the tracer's units) within which triangles count as
+/// alike.
+const NORMAL_STEPS: f64 = 32.0;
+const DEPTH_STEPS: f64 = 1e4;
 /// A sum from here on may have run over.
 const FULL: u32 = 1 << 31;
 /// Radiance's kind of material with diffuse lobes, as in `shaders/shared/material.wgsl`.
@@ -57,9 +61,7 @@ impl Surfaces {
     /// Finds them among the first `count` triangles: the copies that follow belong to neighbours.
     pub fn of(job: &Job, count: usize) -> Self {
         let (tables, size) = (&job.tables, job.high - job.low);
-        let mut sum = 0.0;
-        let mut triangles = Vec::new();
-        let mut limits = Vec::new();
+        let mut found: Vec<([i32; 4], f64, [[f32; 4]; 3])> = Vec::new();
         for (corners, &number) in tables.triangles.iter().zip(&tables.triangle_materials).take(count) {
             let material = &tables.materials[number as usize];
             let largest = |c: [f32; 3]| f64::from(c[0].max(c[1]).max(c[2]));
@@ -68,14 +70,22 @@ impl Surfaces {
                 continue;
             }
             let [a, b, c] = corners.map(|p| p.as_dvec3());
-            sum += (b - a).cross(c - a).length() * albedo;
-            limits.push(sum);
-            triangles.extend([corners[0], corners[1], corners[2]].map(|p| [p.x, p.y, p.z, 0.0]));
-            let last = triangles.len() - 2;
-            triangles[last][3] = f32::from_bits(number);
+            let normal = (b - a).cross(c - a);
+            let step = (normal.normalize_or_zero() * NORMAL_STEPS).round().as_ivec3();
+            let depth = ((a.z + b.z + c.z) / 3.0 * DEPTH_STEPS).round() as i32;
+            let mut records = corners.map(|p| [p.x, p.y, p.z, 0.0]);
+            records[1][3] = f32::from_bits(number);
+            found.push(([step.x, step.y, step.z, depth], normal.length() * albedo, records));
         }
-        for (triangle, limit) in triangles.chunks_exact_mut(3).zip(limits) {
-            triangle[0][3] = (limit / sum) as f32;
+        // Alike triangles side by side, so that evenly spread numbers treat all kinds evenly.
+        found.sort_by_key(|(key, ..)| *key);
+        let sum: f64 = found.iter().map(|(_, share, _)| share).sum();
+        let mut limit = 0.0;
+        let mut triangles = Vec::with_capacity(3 * found.len());
+        for (_, share, mut records) in found {
+            limit += share;
+            records[0][3] = (limit / sum) as f32;
+            triangles.extend(records);
         }
         Self { triangles, strength: sum / f64::from(size.x * size.y) }
     }

@@ -43,6 +43,7 @@ gpu_struct! {
         luminance: [f32; 3],
         samples: u32,
         first_cell: u32,
+        cells: u32,
         in_cells: u32,
         out_cells: u32,
         most_bounces: u32,
@@ -50,6 +51,9 @@ gpu_struct! {
         unit: f32,
         capacity: u32,
         diffuse_count: u32,
+        padding0: u32,
+        padding1: u32,
+        padding2: u32,
     }
 }
 
@@ -134,6 +138,7 @@ impl Job<'_> {
             luminance: BRIGHTNESS_WEIGHTS.map(|w| w as f32),
             samples: 0,
             first_cell: 0,
+            cells: 0,
             in_cells: self.directions.incident() as u32,
             out_cells: self.directions.outgoing() as u32,
             most_bounces: self.options.bounces.unwrap_or(u32::MAX),
@@ -141,6 +146,9 @@ impl Job<'_> {
             unit: 1.0,
             capacity: 0,
             diffuse_count: 0,
+            padding0: 0,
+            padding1: 0,
+            padding2: 0,
         }
     }
 

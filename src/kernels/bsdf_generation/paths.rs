@@ -24,12 +24,14 @@ pub(super) fn add(
     let (device, directions) = (job.device, job.directions);
     let mut constants = job.constants();
     constants.push(("FOLLOW_DIFFUSE", f64::from(u8::from(diffuse))));
+    let ways = if !diffuse && job.tables.features.specular { 2 } else { 1 };
+    constants.push(("WAYS", ways as f64));
     let kernel = Kernel::new(device, "bsdf/paths", &[], &constants)?;
     let cells = 2 * directions.incident();
     let outgoing = 2 * directions.outgoing();
     let samples_once = (samples as usize).min(MOST_RECORDS / 64);
     let cells_once = (MOST_RECORDS / samples_once).clamp(1, cells.min(device.limits().max_compute_workgroups_per_dimension as usize));
-    let records = device.zeros::<[u32; 2]>("path records", samples_once * cells_once)?;
+    let records = device.zeros::<[u32; 2]>("path records", ways * samples_once * cells_once)?;
     let counters = device.zeros::<Counters>("path counters", 1)?;
     let projected = directions.outgoing_projected();
     let values: Vec<f64> = projected.iter().map(|l| 1.0 / (l * f64::from(samples))).collect();
@@ -43,19 +45,20 @@ pub(super) fn add(
             params.first_sample = first_sample as u32;
             params.samples = here as u32;
             params.first_cell = first_cell as u32;
+            params.cells = count as u32;
             let params = device.uniform("generation parameters", &params)?;
             device.write(&counters, &[Counters::default()])?;
             let bind = kernel.bind(&job.scene.bindings(&[("params", &params), ("records", &records), ("counters", &counters)]))?;
-            device.dispatch(&kernel, &bind, [(here as u32).div_ceil(64), count as u32, 1])?;
+            device.dispatch(&kernel, &bind, [(here as u32).div_ceil(64), count as u32, ways as u32])?;
             let found = device.read::<Counters>(&counters)?[0];
-            let started = (here * count) as u64;
+            let started = (ways * here * count) as u64;
             check_finished(&found, started, "BSDF paths")?;
             statistics.paths += started;
             statistics.segments += u64::from(found.segments);
             statistics.mirror_backs += u64::from(found.alive);
-            let found = device.read::<[u32; 2]>(&records.part::<[u32; 2]>(0, here * count)?)?;
-            for (cell, records) in found.chunks_exact(here).enumerate() {
-                let row = &mut batch[(first_cell + cell) * outgoing..][..outgoing];
+            let found = device.read::<[u32; 2]>(&records.part::<[u32; 2]>(0, ways * here * count)?)?;
+            for (k, records) in found.chunks_exact(here).enumerate() {
+                let row = &mut batch[(first_cell + k % count) * outgoing..][..outgoing];
                 for &[out, weight] in records.iter().filter(|r| r[0] != NOWHERE) {
                     let out = out as usize;
                     row[out] += f32::from_bits(weight) * values[out % projected.len()] as f32;
