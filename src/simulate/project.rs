@@ -108,9 +108,9 @@ pub struct MethodSection {
 /// How much work is spent on accuracy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Preset {
-    /// A first look.
+    /// A first look: twice the errors of `Standard`.
     Draft,
-    /// Errors around 1 % of an hour's illuminance in ordinary rooms.
+    /// Standard errors of about 0.3 % of an hour's illuminance in the shipped office.
     Standard,
     /// Errors about a quarter of `Standard`'s.
     Final,
