@@ -21,10 +21,10 @@
 pub mod blinds;
 pub mod check;
 pub mod difference;
+pub mod glass;
 pub mod interpolate;
 pub mod isotropic;
 mod klems;
-pub mod glass;
 pub mod layer;
 mod numbers;
 mod overlap;

@@ -76,7 +76,12 @@ fn write_all(out: &mut dyn Write, bsdf: &Bsdf, structure: &str, made_by: &str) -
     // pywincalc crashes on empty names, and insists on a thickness: 0 says nothing wrong about an
     // unknown one.
     let or = |text: &str, otherwise: &str| escape(if text.trim().is_empty() { otherwise } else { text });
-    writeln!(out, "\t\t<Name>{}</Name>\n\t\t<Manufacturer>{}</Manufacturer>", or(&bsdf.name, "unnamed"), or(&bsdf.manufacturer, "unknown"))?;
+    writeln!(
+        out,
+        "\t\t<Name>{}</Name>\n\t\t<Manufacturer>{}</Manufacturer>",
+        or(&bsdf.name, "unnamed"),
+        or(&bsdf.manufacturer, "unknown")
+    )?;
     writeln!(out, "\t\t<Thickness unit=\"Meter\">{}</Thickness>", bsdf.thickness.unwrap_or(0.0))?;
     for (name, length) in [("Width", bsdf.width), ("Height", bsdf.height)] {
         if let Some(metres) = length {

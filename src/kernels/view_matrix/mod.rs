@@ -106,6 +106,8 @@ impl Default for ViewOptions {
 const DIRECT_CAPACITY: f32 = (1u32 << 31) as f32;
 /// `MOST_RAYS` of `view_gather`.
 const MOST_VISIBILITY_RAYS: u32 = 32;
+/// Virtual lights of one round, at most, bytes.
+const MOST_LIGHT_BYTES: u64 = 1 << 27;
 /// Bounds the loops of `view_gather`.
 const MOST_LIGHT_PATHS: u32 = 1 << 13;
 
@@ -161,7 +163,7 @@ pub fn compute(
         statistics: TraceStatistics::default(),
     };
     let bytes_per_sensor = (batches * bins * 12) as u64;
-    let plan = Plan::new(device, options.memory, rows, &[bytes_per_sensor, bytes_per_sensor, bytes_per_sensor], &[], 1)?;
+    let plan = Plan::new(device, options.memory, rows, &[bytes_per_sensor / 3 * 4, bytes_per_sensor, bytes_per_sensor], &[], 1)?;
     let mut done = 0;
     for chunk in plan.chunks() {
         let range = chunk.first..chunk.first + chunk.count;
@@ -267,7 +269,7 @@ impl<'d> ViewTracer<'d> {
                         }
                         if let Some(gathered) = &gathered {
                             let cell = ((batch * bins + bin) * records.len() + sensor) * 3 + c;
-                            *value += f64::from(gathered[cell]) / f64::from(self.options.light_paths);
+                            *value += f64::from(gathered[cell]) / f64::from(self.paths_per_round() * self.rounds());
                         }
                     }
                     let (mean, error) = mean_and_error(&values);
@@ -363,6 +365,17 @@ impl<'d> ViewTracer<'d> {
         self.device.read(&sums)
     }
 
+    /// Light paths per bin and batch that fit into one binding of the device.
+    fn paths_per_round(&self) -> u32 {
+        let per_path = size_of::<VirtualLight>() as u64 * u64::from(self.options.batches) * self.tables.bins() as u64;
+        let limit = u64::from(self.device.limits().max_storage_buffer_binding_size).min(MOST_LIGHT_BYTES);
+        ((limit / per_path).max(1) as u32).min(self.options.light_paths)
+    }
+
+    fn rounds(&self) -> u32 {
+        self.options.light_paths.div_ceil(self.paths_per_round())
+    }
+
     fn gathered_part(
         &self,
         sensors: &Buffer,
@@ -374,39 +387,45 @@ impl<'d> ViewTracer<'d> {
         let o = &self.options;
         let count = receivers.len();
         let bins = self.tables.bins() as u32;
-        let path_options = LightPathOptions { paths: o.light_paths, batches: o.batches, bounces: o.bounces, seed: o.seed };
-        let paths = LightPaths::new(self.device, &self.tables, &self.scene, &self.light_paths, path_options, Some(receivers))?;
         let sums = self.device.zeros::<f32>("gathered view matrix", cells)?;
-        for vertex in 0..paths.most_vertices() {
-            let go_on = paths.advance(vertex, statistics)?;
-            let params = GatherParams {
-                seed: stream_seed(o.seed, vertex, 0x6761_7468),
-                sensors: count as u32,
-                bins,
-                lights: o.light_paths,
-                batches: o.batches,
-                near_radius: o.near_radius,
-                padding_number: 0,
-                padding: 0,
-            };
-            let params = self.device.uniform("gathering parameters", &params)?;
-            self.device.write(&self.counters, &[Counters::default()])?;
-            let bind = self.gather.bind(&self.scene.bindings(&[
-                ("params", &params),
-                ("sensors", sensors),
-                ("lights", &paths.lights),
-                ("light_counts", &paths.light_counts),
-                ("sums", &sums),
-                ("counters", &self.counters),
-            ]))?;
-            self.device.dispatch(&self.gather, &bind, [(count as u32).div_ceil(64), bins, o.batches])?;
-            let runs = count as u64 * u64::from(bins * o.batches);
-            finish_dispatch(self.device, &self.counters, runs, "gathering", statistics)?;
-            statistics.segments += runs * u64::from(o.visibility_rays);
-            // The first vertices carry most of the light and most of the work.
-            stage(0.2 + 0.8 * (1.0 - 0.5f64.powi(vertex as i32 + 1)))?;
-            if !go_on {
-                break;
+        let rounds = self.rounds();
+        for round in 0..rounds {
+            // The first round has the seed itself, so that small scenes do not depend on rounds.
+            let seed = if round == 0 { o.seed } else { stream_seed(o.seed, round, 0x726f_756e) };
+            let path_options = LightPathOptions { paths: self.paths_per_round(), batches: o.batches, bounces: o.bounces, seed };
+            let paths = LightPaths::new(self.device, &self.tables, &self.scene, &self.light_paths, path_options, Some(receivers))?;
+            for vertex in 0..paths.most_vertices() {
+                let go_on = paths.advance(vertex, statistics)?;
+                let params = GatherParams {
+                    seed: stream_seed(seed, vertex, 0x6761_7468),
+                    sensors: count as u32,
+                    bins,
+                    lights: self.paths_per_round(),
+                    batches: o.batches,
+                    near_radius: o.near_radius,
+                    padding_number: 0,
+                    padding: 0,
+                };
+                let params = self.device.uniform("gathering parameters", &params)?;
+                self.device.write(&self.counters, &[Counters::default()])?;
+                let bind = self.gather.bind(&self.scene.bindings(&[
+                    ("params", &params),
+                    ("sensors", sensors),
+                    ("lights", &paths.lights),
+                    ("light_counts", &paths.light_counts),
+                    ("sums", &sums),
+                    ("counters", &self.counters),
+                ]))?;
+                self.device.dispatch(&self.gather, &bind, [(count as u32).div_ceil(64), bins, o.batches])?;
+                let runs = count as u64 * u64::from(bins * o.batches);
+                finish_dispatch(self.device, &self.counters, runs, "gathering", statistics)?;
+                statistics.segments += runs * u64::from(o.visibility_rays);
+                // The first vertices carry most of the light and most of the work.
+                let part = f64::from(round) + 1.0 - 0.5f64.powi(vertex as i32 + 1);
+                stage(0.2 + 0.8 * part / f64::from(rounds))?;
+                if !go_on {
+                    break;
+                }
             }
         }
         self.device.read_finite(&sums)
