@@ -95,7 +95,7 @@ impl Progress for Terminal {
 
 /// The rest of a stage if it goes on as it began; nothing while that is guesswork.
 fn time_left(elapsed: Duration, fraction: f64) -> Option<String> {
-    if fraction.is_nan() || fraction < 0.02 || fraction >= 1.0 || elapsed < Duration::from_secs(1) {
+    if fraction.is_nan() || !(0.02..1.0).contains(&fraction) || elapsed < Duration::from_secs(1) {
         return None;
     }
     let seconds = (elapsed.as_secs_f64() * (1.0 - fraction) / fraction).ceil() as u64;

@@ -430,7 +430,7 @@ impl<T: Scalar> Values<T> {
             .field("NROWS")
             .help("the file is cut off, or NROWS, NCOLS or NCOMP is wrong; remove NROWS to let the data decide"));
         }
-        if count == 0 || count % self.row_len != 0 {
+        if count == 0 || !count.is_multiple_of(self.row_len) {
             return Err(Error::new(format!("{count} values do not fill whole rows of {} values", self.row_len))
                 .field("NCOLS")
                 .help("the file is cut off, or NCOLS or NCOMP is wrong"));

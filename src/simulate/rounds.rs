@@ -77,7 +77,7 @@ mod tests {
 
     fn traced(total: f32, direct: f32, error: f32) -> TracedMatrix {
         let one = |v| Matrix::from_data(1, 1, 1, vec![v]).unwrap();
-        let statistics = TraceStatistics { paths: 10, segments: 20, ..TraceStatistics::default() };
+        let statistics = TraceStatistics { paths: 10, segments: 20 };
         TracedMatrix { total: one(total), direct: one(direct), standard_error: one(error), statistics }
     }
 

@@ -193,5 +193,5 @@ impl ViewJob<'_> {
 fn kept(path: &Path, inputs: Fingerprint, [rows, cols]: [usize; 2]) -> bool {
     let Ok(Some(file)) = MatrixRows::open(path) else { return false };
     let line = format!("{INPUTS}={inputs}");
-    file.header().iter().any(|l| *l == line) && (file.rows(), file.cols(), file.components()) == (rows, cols, 3)
+    file.header().contains(&line) && (file.rows(), file.cols(), file.components()) == (rows, cols, 3)
 }

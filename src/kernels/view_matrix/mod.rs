@@ -368,7 +368,7 @@ impl<'d> ViewTracer<'d> {
     /// Light paths per bin and batch that fit into one binding of the device.
     fn paths_per_round(&self) -> u32 {
         let per_path = size_of::<VirtualLight>() as u64 * u64::from(self.options.batches) * self.tables.bins() as u64;
-        let limit = u64::from(self.device.limits().max_storage_buffer_binding_size).min(MOST_LIGHT_BYTES);
+        let limit = self.device.limits().max_storage_buffer_binding_size.min(MOST_LIGHT_BYTES);
         ((limit / per_path).max(1) as u32).min(self.options.light_paths)
     }
 

@@ -161,6 +161,9 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
 }
 
 #[cfg(test)]
+use running::run;
+
+#[cfg(test)]
 mod running {
     use super::super::{Counters, TraceScene, check_finished};
     use crate::gpu::{Buffer, Device, Kernel};
@@ -191,6 +194,3 @@ mod running {
         device.wait().unwrap();
     }
 }
-
-#[cfg(test)]
-use running::run;
