@@ -22,6 +22,7 @@ sources![
     "shared/bins",
     "shared/bvh",
     "shared/counters",
+    "shared/frame",
     "shared/gemm",
     "shared/material",
     "shared/pixel",
