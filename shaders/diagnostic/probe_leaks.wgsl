@@ -1,4 +1,4 @@
-// For tests: chains of rays inside a closed convex room whose surfaces face inwards. A ray that
+// For tests: chains of rays inside a closed convex room around the origin, whose surfaces face inwards. A ray that
 // meets nothing, or a surface from behind, has leaked.
 
 import package::shared::random::{hash_combine, hash_u32, unit_f32};
@@ -54,8 +54,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         return;
     }
     state = hash_combine(params.seed, chain);
-    // Between two points of the room, which is convex.
-    var position = mix(target_point(2u), target_point(2u), 0.25 + 0.5 * next());
+    // Between the origin, which is well inside the room, and a wall.
+    var position = target_point(2u) * (0.9 * next());
     var facing = vec3<f32>(0.0, 0.0, 1.0);
     // Every other chain aims at corners and edges; the others go on as diffuse light does.
     let aimed = (chain & 1u) == 0u;
@@ -73,7 +73,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             break;
         }
         facing = triangle_normal(hit.triangle);
-        if dot(facing, direction) >= 0.0 {
+        // The normal of a long thin triangle is no more exact than this.
+        if dot(facing, direction) > 1e-5 {
             atomicAdd(&leaks.from_behind, 1u);
             ended = true;
             break;

@@ -6,6 +6,7 @@
 // A triangle is three vec4<f32>: corners, the first with the material index in w.
 
 import package::shared::counters::{traversal_failed};
+import package::shared::frame::{tangent_frame};
 
 const NO_TRIANGLE: u32 = 0xffffffffu;
 const FAR_AWAY: f32 = 1e30;
@@ -26,28 +27,31 @@ struct TriangleHit {
     barycentric: vec2<f32>,
 }
 
-// Twice the volume spanned by the ray and an edge from `start` to `to`, both relative to the ray's
-// origin. The sum is the same and the difference exactly opposite for the other triangle at this
-// edge, so the two values are opposite in every bit, also where a device fuses products and sums.
-fn edge_volume(to: vec3<f32>, start: vec3<f32>, direction: vec3<f32>) -> f32 {
-    return dot(cross(to - start, to + start), direction);
+// Four times the area of the triangle of the ray and an edge, seen along the ray. Exactly opposite,
+// in every bit, when the ends change places, also where a device fuses a product and a sum: which is
+// why the same is said twice.
+fn edge_area(to: vec3<f32>, start: vec3<f32>) -> f32 {
+    return (to.x * start.y - to.y * start.x) - (start.x * to.y - start.y * to.x);
 }
 
-// Distance along the ray, or FAR_AWAY. No ray slips between two triangles that share an edge.
-fn intersect_triangle(triangle: u32, origin: vec3<f32>, direction: vec3<f32>, nearest: f32) -> TriangleHit {
-    let a = bvh_triangles[triangle * 3u].xyz - origin;
-    let b = bvh_triangles[triangle * 3u + 1u].xyz - origin;
-    let c = bvh_triangles[triangle * 3u + 2u].xyz - origin;
-    let u = edge_volume(c, b, direction);
-    let v = edge_volume(a, c, direction);
-    let w = edge_volume(b, a, direction);
+// Distance along the ray, or FAR_AWAY. `frame` holds two directions across the ray and its own.
+// Every corner is first projected along the ray, to the same point for all triangles that share
+// it; on which side of an edge the ray passes is then the same for both triangles at this edge, and
+// no ray slips between them, nor past a corner (Woop, Benthin, Wald, JCGT 2013).
+fn intersect_triangle(triangle: u32, origin: vec3<f32>, frame: mat3x3<f32>, nearest: f32) -> TriangleHit {
+    let a = (bvh_triangles[triangle * 3u].xyz - origin) * frame;
+    let b = (bvh_triangles[triangle * 3u + 1u].xyz - origin) * frame;
+    let c = (bvh_triangles[triangle * 3u + 2u].xyz - origin) * frame;
+    let u = edge_area(c, b);
+    let v = edge_area(a, c);
+    let w = edge_area(b, a);
     let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     let determinant = u + v + w;
     if !inside || determinant == 0.0 {
         return TriangleHit(FAR_AWAY, vec2<f32>(0.0));
     }
     let scale = 1.0 / determinant;
-    let distance = dot(a * (u * scale) + b * (v * scale) + c * (w * scale), direction);
+    let distance = a.z * (u * scale) + b.z * (v * scale) + c.z * (w * scale);
     if !(distance > 0.0 && distance < nearest) {
         return TriangleHit(FAR_AWAY, vec2<f32>(0.0));
     }
@@ -114,6 +118,7 @@ fn safe_inverse(direction: vec3<f32>) -> vec3<f32> {
 
 fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any_hit: bool) -> Hit {
     var hit = Hit(farthest, NO_TRIANGLE, vec2<f32>(0.0));
+    let frame = tangent_frame(direction);
     let inverse = safe_inverse(direction);
     let octant = select(0x04040404u, 0u, inverse.x < 0.0) | select(0x02020202u, 0u, inverse.y < 0.0) | select(0x01010101u, 0u, inverse.z < 0.0);
     var stack: array<vec2<u32>, STACK_SIZE>;
@@ -145,7 +150,7 @@ fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any_hit: boo
             let bit = firstLeadingBit(triangles.y);
             triangles.y &= ~(1u << bit);
             let index = triangles.x + bit;
-            let found = intersect_triangle(index, origin, direction, hit.distance);
+            let found = intersect_triangle(index, origin, frame, hit.distance);
             if found.distance < hit.distance {
                 hit = Hit(found.distance, index, found.barycentric);
                 if any_hit {
@@ -214,15 +219,19 @@ fn hit_point(hit: Hit) -> vec3<f32> {
     return a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y;
 }
 
-// Where a ray goes on that has met a surface, on the side of the unit normal `side`: moved off
-// the surface, and away from the triangle's edges so that at a corner of the room it is not beyond
-// the neighbour.
+// Where a ray goes on that has met a surface, on the side of the unit normal `side`. The point is
+// found from the corners, more exact than origin + distance · direction, but no more exact than
+// these; it is moved off the surface, and off the triangle's edges so that at a corner of the room
+// it is not beyond the neighbour.
 fn leave_surface(hit: Hit, side: vec3<f32>) -> vec3<f32> {
     let a = bvh_triangles[hit.triangle * 3u].xyz;
     let b = bvh_triangles[hit.triangle * 3u + 1u].xyz;
     let c = bvh_triangles[hit.triangle * 3u + 2u].xyz;
-    let point = hit_point(hit);
-    let margin = max(margin_at(point), max(max(extent(a), extent(b)), extent(c)) * 1e-6);
-    let inward = (a + b + c) / 3.0 - point;
-    return point + side * margin + inward * min(margin / max(length(inward), 1e-20), 0.01);
+    let margin = max(margin_at(hit_point(hit)), max(max(extent(a), extent(b)), extent(c)) * 1e-6);
+    // A barycentric coordinate is the distance from an edge in units of the height over it.
+    let edges = vec3<f32>(length(c - b), length(c - a), length(b - a));
+    let least = min(edges * (margin / max(length(cross(b - a, c - a)), 1e-30)), vec3<f32>(0.01));
+    let inside = max(vec3<f32>(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric), least);
+    let shares = inside / (inside.x + inside.y + inside.z);
+    return a + (b - a) * shares.y + (c - a) * shares.z + side * margin;
 }

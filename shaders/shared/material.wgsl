@@ -2,7 +2,7 @@
 //
 // Light paths may be followed in either direction: every model here is reciprocal and none refracts.
 
-import package::shared::random::{sample_pair};
+import package::shared::frame::{tangent_frame};
 
 const MATERIAL_ABSORBER: u32 = 0u;   // window, light, glow: ends a path
 const MATERIAL_SURFACE: u32 = 1u;    // plastic, metal, trans
@@ -49,14 +49,6 @@ struct Scatter {
 
 fn largest(v: vec3<f32>) -> f32 {
     return max(v.x, max(v.y, v.z));
-}
-
-// Two unit vectors that complete n to a frame (Duff et al., JCGT 2017).
-fn tangent_frame(n: vec3<f32>) -> mat3x3<f32> {
-    let s = select(-1.0, 1.0, n.z >= 0.0);
-    let a = -1.0 / (s + n.z);
-    let b = n.x * n.y * a;
-    return mat3x3<f32>(vec3<f32>(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3<f32>(b, s + n.y * n.y * a, -n.y), n);
 }
 
 // Cosine-distributed direction around the unit vector n.

@@ -399,10 +399,9 @@ impl<'w> Document<'w> {
             "Thickness" if in_material => self.bsdf.thickness = self.length(&short, line),
             "Width" if in_material => self.bsdf.width = self.length(&short, line),
             "Height" if in_material => self.bsdf.height = self.length(&short, line),
-            _ if in_material
-                && !short.is_empty() && self.bsdf.properties.len() < PROPERTY_LIMIT => {
-                    self.bsdf.properties.push((name.to_string(), short));
-                }
+            _ if in_material && !short.is_empty() && self.bsdf.properties.len() < PROPERTY_LIMIT => {
+                self.bsdf.properties.push((name.to_string(), short));
+            }
             "MGFblock" => {
                 if let (Text::Geometry(mgf), Some(geometry)) = (text, &mut self.bsdf.geometry) {
                     geometry.text = unescape(&String::from_utf8_lossy(&mgf));

@@ -29,6 +29,7 @@ sources![
     "shared/bins",
     "shared/bvh",
     "shared/counters",
+    "shared/frame",
     "shared/gemm",
     "shared/material",
     "shared/pixel",

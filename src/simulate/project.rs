@@ -249,9 +249,10 @@ impl MethodSection {
         let mut method = Self { phases: 3, sky: ReinhartSky::new(1)?, bounces: None };
         let Some(mut table) = table else { return Ok(method) };
         if let Some(phases) = table.integer("phases", 1..=100)?
-            && phases != 3 {
-                return Err(table.error("phases", format!("a method of {phases} phases is not known")).help("choose 3"));
-            }
+            && phases != 3
+        {
+            return Err(table.error("phases", format!("a method of {phases} phases is not known")).help("choose 3"));
+        }
         if let Some(n) = table.integer("sky_subdivision", 1..=6)? {
             method.sky = ReinhartSky::new(n as usize)?;
         }

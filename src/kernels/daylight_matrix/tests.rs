@@ -20,12 +20,13 @@ fn row_sum(d: &Matrix<f32>, bin: usize, c: usize) -> f64 {
 #[test]
 fn a_street_without_symmetry_agrees_with_the_reference_bin_by_bin() {
     let Some(device) = Device::for_tests("daylight matrix") else { return };
-    let (scene, w) = street();
+    let (scene, mut w) = street();
+    w.basis = KlemsBasis::Quarter.into();
     for bounces in [0, 2] {
-        let options = DaylightOptions { bounces: Some(bounces), paths: 1024, ..DaylightOptions::default() };
+        let options = DaylightOptions { bounces: Some(bounces), paths: 4096, ..DaylightOptions::default() };
         let d = compute(&device, &scene, &w, tregenza(), &options, &Silent).unwrap();
         // Bins of every ring, more of those in which light comes from the sky.
-        let rows: Vec<_> = [0, 6, 13, 21, 38, 60, 64, 84, 111, 127, 141]
+        let rows: Vec<_> = [0, 3, 7, 12, 18, 23, 30, 35, 39]
             .into_par_iter()
             .map(|bin| (bin, reference::daylight_row(&scene, &w, bin, tregenza(), bounces, 100_000, 5 + bin as u64)))
             .collect();
@@ -123,8 +124,8 @@ fn a_vertical_window_under_the_open_sky_agrees_with_quadrature() {
             (bin, row)
         })
         .collect();
+    let (mut squares, mut count) = (0.0, 0);
     for (bin, row) in rows {
-        let (mut squares, mut count) = (0.0, 0);
         for (patch, &exact) in row.iter().enumerate() {
             let found = f64::from(d.total.at(bin, patch)[0]);
             let error = f64::from(d.standard_error.at(bin, patch)[0]);
@@ -135,9 +136,9 @@ fn a_vertical_window_under_the_open_sky_agrees_with_quadrature() {
                 count += 1;
             }
         }
-        println!("bin {bin}: {count} patches, mean z² {:.2}", squares / f64::from(count));
-        assert!(squares / f64::from(count) < 2.5, "bin {bin}: mean z² {}", squares / f64::from(count));
     }
+    println!("{count} overlaps, mean z² {:.2}", squares / f64::from(count));
+    assert!(count > 40 && squares / f64::from(count) < 1.8, "mean z² {}", squares / f64::from(count));
 }
 
 #[test]
@@ -145,8 +146,8 @@ fn nothing_is_lost_or_gained_where_nothing_absorbs() {
     let Some(device) = Device::for_tests("balance of the daylight matrix") else { return };
     let mut b = Builder::default();
     let white = b.grey(1.0);
-    let mirror = b.material(MaterialKind::Mirror { color: [1.0; 3] });
-    // Large and slanted ground, a wall, slats and a mirror that faces them all.
+    let mirror = b.material(MaterialKind::Metal { color: [1.0; 3], specularity: 1.0, roughness: 0.0 });
+    // Large and slanted ground, a wall, slats, and a mirror on both sides.
     b.quad([[-300.0, -600.0, -8.0], [300.0, -600.0, -4.0], [300.0, 300.0, 1.0], [-300.0, 300.0, -2.0]], white);
     b.quad([[-20.0, -9.0, -5.0], [4.0, -11.0, -5.0], [4.0, -11.0, 9.0], [-20.0, -9.0, 9.0]], white);
     b.quad([[9.0, -8.0, 6.0], [9.0, -1.0, 6.0], [9.0, -1.0, -3.0], [9.0, -8.0, -3.0]], mirror);

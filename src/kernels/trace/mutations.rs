@@ -4,15 +4,16 @@
 use super::comparison::agrees;
 use super::reference::{self, Estimate};
 use super::rooms::{Builder, asymmetric, sensor, street};
-use crate::bins::ReinhartSky;
+use crate::bins::{KlemsBasis, ReinhartSky};
 use crate::gpu::{Device, mutation};
 use crate::kernels::daylight_matrix::{self, DaylightOptions};
 use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
 use crate::scene::{MaterialKind, Scene, Window};
+use rayon::prelude::*;
 
-const SAMPLES: usize = 60_000;
+const SAMPLES: usize = 200_000;
 
 /// A room with a mirror and a pane, and its reference.
 struct View {
@@ -30,16 +31,22 @@ impl View {
         let glass = b.material(MaterialKind::Glass { transmissivity: [0.8, 0.7, 0.6], refraction_index: 1.52 });
         b.quad([[3.9, 0.5, 2.5], [3.9, 2.5, 2.5], [3.9, 2.5, 0.5], [3.9, 0.5, 0.5]], mirror);
         b.quad([[0.2, 1.0, 0.3], [2.5, 1.0, 0.3], [2.5, 1.0, 2.7], [0.2, 1.0, 2.7]], glass);
-        let sensors = vec![sensor([2.5, 1.4, 1.0], [1.0, 0.0, 0.2]), sensor([1.2, 2.0, 0.1], [0.1, 0.0, 1.0])];
+        // Towards the mirror; with the window behind; and in a corner, all of its light nearby.
+        let sensors = vec![
+            sensor([2.5, 1.4, 1.0], [1.0, 0.0, 0.2]),
+            sensor([1.5, 2.0, 1.0], [0.0, 1.0, 0.0]),
+            sensor([3.9, 4.8, 0.2], [0.0, -0.2, 1.0]),
+            sensor([1.2, 2.0, 0.1], [0.1, 0.0, 1.0]),
+        ];
         let rows = sensors
-            .iter()
+            .par_iter()
             .map(|s| reference::view_row(&b.scene, std::slice::from_ref(&window), s.position, s.direction, 3, SAMPLES, 3))
             .collect();
         Self { scene: b.scene, window, sensors, rows }
     }
 
     fn compare(&self, device: &Device) -> Result<String, String> {
-        let options = ViewOptions { bounces: Some(3), light_paths: 96, near_samples: 1024, near_radius: 1.0, ..ViewOptions::default() };
+        let options = ViewOptions { bounces: Some(3), light_paths: 96, near_samples: 1024, near_radius: 2.0, ..ViewOptions::default() };
         let v = view_matrix::compute(device, &self.scene, std::slice::from_ref(&self.window), &self.sensors, &options, &Silent)
             .map_err(|e| e.to_string())?;
         self.rows.iter().enumerate().map(|(row, r)| agrees(&v, row, r, SAMPLES)).collect()
@@ -55,14 +62,18 @@ struct Daylight {
 
 impl Daylight {
     fn new() -> Self {
-        let (scene, window) = street();
+        let (scene, mut window) = street();
+        window.basis = KlemsBasis::Quarter.into();
         let sky = ReinhartSky::new(1).unwrap();
-        let rows = [13, 80, 136, 141].map(|bin| (bin, reference::daylight_row(&scene, &window, bin, sky, 2, SAMPLES, 3)));
-        Self { scene, window, rows: rows.into() }
+        let rows = [0, 7, 18, 26, 30]
+            .into_par_iter()
+            .map(|bin| (bin, reference::daylight_row(&scene, &window, bin, sky, 2, SAMPLES, 3)))
+            .collect();
+        Self { scene, window, rows }
     }
 
     fn compare(&self, device: &Device) -> Result<String, String> {
-        let options = DaylightOptions { bounces: Some(2), paths: 256, ..DaylightOptions::default() };
+        let options = DaylightOptions { bounces: Some(2), paths: 2048, ..DaylightOptions::default() };
         let sky = ReinhartSky::new(1).unwrap();
         let d = daylight_matrix::compute(device, &self.scene, &self.window, sky, &options, &Silent).map_err(|e| e.to_string())?;
         self.rows.iter().map(|(bin, r)| agrees(&d, *bin, r, SAMPLES)).collect()
@@ -73,7 +84,7 @@ impl Daylight {
 const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("trace/light_paths", "rings[ring].cos2_low - rings[ring].cos2_high", "rings[ring].cos2_low + rings[ring].cos2_high"),
     ("trace/light_paths", "path.flux /= survival;", ""),
-    ("trace/light_compact", "if light.strength > 0.0 {", "if light.strength > 0.002 {"),
+    ("trace/light_compact", "if light.strength > 0.0 {", "if light.strength > 0.05 {"),
     ("trace/view_gather", "let cos_light = -dot(", "let cos_light = dot("),
     ("trace/view_gather", "distance2 * max(distance2, near2)", "distance2 * distance2"),
     ("trace/view_gather", "* 0.3183098861837907", "* 0.35"),
@@ -95,10 +106,12 @@ const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[
     ("shared/window", "f32(bin - r.first) + random.y - 0.5", "f32(bin - r.first) + random.y"),
     ("shared/material", "let radius = sqrt(random.x);", "let radius = random.x;"),
     ("shared/material", "let s = (cosine - index * inside)", "let s = (cosine - inside)"),
-    ("shared/material", "exp(-5.85 * cosine) - 0.00287989916", "exp(-5.85 * cosine) + 0.1"),
+    ("shared/material", "exp(-5.85 * cosine) - 0.00287989916", "exp(-5.85 * cosine) + 0.6"),
     ("shared/random", "v = v ^ ((v >> 2u) & 0x33333333u);", ""),
     ("shared/bvh", "hit.barycentric.x + (c - a)", "hit.barycentric.y + (c - a)"),
-    ("shared/bvh", "let octant = select(0x04040404u, 0u, inverse.x < 0.0)", "let octant = select(0u, 0x04040404u, inverse.x < 0.0)"),
+    ("shared/bvh", "select(n2.xyzw, n2.zwxy, inverse.x < 0.0)", "select(n2.xyzw, n2.zwxy, inverse.x > 0.0)"),
+    ("shared/bvh", "let w = edge_area(b, a);", "let w = edge_area(a, b);"),
+    ("shared/frame", "let b = n.x * n.y * a;", "let b = -n.x * n.y * a;"),
 ];
 
 fn survivors(device: &Device, faults: &[(&str, &str, &str)], compare: &dyn Fn(&Device) -> Result<String, String>) -> Vec<String> {

@@ -45,8 +45,9 @@ fn panes_transmit_and_reflect_as_fresnel_says() {
         for c in 0..3 {
             let (found_t, found_r) = (f64::from(answer.transmitted[c]), f64::from(answer.reflected[c]));
             worst = worst.max((found_t - t[c]).abs()).max((found_r - r[c]).abs());
+            // Grazing: the difference of 1 and a cosine of 1e-5 has few digits.
             assert!(
-                (found_t - t[c]).abs() < 2e-5 && (found_r - r[c]).abs() < 2e-5,
+                (found_t - t[c]).abs() < 5e-5 && (found_r - r[c]).abs() < 5e-5,
                 "{probe:?}: {found_t} {found_r}, not {} {}",
                 t[c],
                 r[c]
