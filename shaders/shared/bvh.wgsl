@@ -230,7 +230,7 @@ fn leave_surface(hit: Hit, side: vec3<f32>) -> vec3<f32> {
     let margin = max(margin_at(hit_point(hit)), max(max(extent(a), extent(b)), extent(c)) * 1e-6);
     // A barycentric coordinate is the distance from an edge in units of the height over it.
     let edges = vec3<f32>(length(c - b), length(c - a), length(b - a));
-    let least = min(edges * (margin / max(length(cross(b - a, c - a)), 1e-30)), vec3<f32>(0.01));
+    let least = min(edges * (margin / max(length(cross(b - a, c - a)), 1e-30)), vec3<f32>(0.1));
     let inside = max(vec3<f32>(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric), least);
     let shares = inside / (inside.x + inside.y + inside.z);
     return a + (b - a) * shares.y + (c - a) * shares.z + side * margin;
