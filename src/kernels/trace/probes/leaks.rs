@@ -97,7 +97,7 @@ fn assert_tight(device: &Device, rays: u64) {
         // Where needle-shaped triangles meet at the pole of a tessellated sphere, rays aimed at their
         // corners graze them at angles of the size of f32's rounding of their normals; a few in a
         // million are then taken for rays from behind. None gets out.
-        let grazing = if what == "a sphere" { total[2] / 100_000 } else { 0 };
+        let grazing = if *what == "a sphere" { total[2] / 100_000 } else { 0 };
         if total[0] > 0 || total[1] > grazing {
             leaks.push(format!("{what}: {} got out, {} met a surface from behind, of {}", total[0], total[1], total[2]));
         }
