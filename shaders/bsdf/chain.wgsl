@@ -15,10 +15,11 @@ struct Chain {
     bounces: u32,
     // Unit normal of the side on which light arrives at the first point.
     arriving: vec3<f32>,
-    padding0: u32,
+    // Entry of the table from which the first point came.
+    entry: u32,
     // Of light that leaves, relative to the irradiance of the first point.
     weight: vec3<f32>,
-    padding1: u32,
+    padding: u32,
 }
 
 @group(0) @binding(7) var<storage, read_write> chains: array<Chain>;

@@ -7,7 +7,7 @@
 // Incident cells are counted over both sides: light from the outside (travelling to +z) first.
 // Outgoing cells likewise: light that leaves to the outside (-z) first.
 
-import package::shared::random::{sample_pair, hash_combine};
+import package::shared::random::{sample_pair, sample_four, hash_combine};
 import package::shared::bvh::{hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR, MATERIAL_MIRROR};
 import package::shared::bins::{TAU};
@@ -36,15 +36,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = params.first_sample + path;
     let seed = hash_combine(params.seed, cell);
     let from_outside = cell < params.in_cells;
-    let place = sample_pair(index, 0u, seed);
+    // Place and direction.
+    let numbers = sample_four(index, seed);
     let extra = sample_pair(index, 2u, seed);
     var turn = vec2<f32>(1.0, 0.0);
     if DIRECTIONS == DIRECTIONS_SLICES {
         turn = vec2<f32>(cos(TAU * extra.y), sin(TAU * extra.y));
     }
-    let start = sample_cell(cell % params.in_cells, true, sample_pair(index, 1u, seed), extra.x, true);
+    let start = sample_cell(cell % params.in_cells, true, numbers.zw, extra.x, true);
     var direction = turned(vec3<f32>(start.direction.xy, select(-start.direction.z, start.direction.z, from_outside)), turn);
-    var position = vec3<f32>(mix(params.low.xy, params.high.xy, place), select(params.high.z, params.low.z, from_outside));
+    var position = vec3<f32>(mix(params.low.xy, params.high.xy, numbers.xy), select(params.high.z, params.low.z, from_outside));
     var weight = vec3<f32>(1.0);
     var record = vec2<u32>(NOWHERE, 0u);
     var bounces = 0u;

@@ -28,7 +28,7 @@ struct GenerationParams {
     unit: f32,
     // Chains that the buffers hold.
     capacity: u32,
-    // Triangles that scatter diffusely.
+    // Sides of triangles that scatter diffusely.
     diffuse_count: u32,
     padding0: u32,
     padding1: u32,

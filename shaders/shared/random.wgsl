@@ -57,3 +57,28 @@ fn sample_pair(index: u32, pair: u32, seed: u32) -> vec2<f32> {
     let second = owen_scramble_reversed(sobol_second_reversed(shuffled), hash_combine(stream, 2u));
     return vec2<f32>(unit_f32(reverseBits(first)), unit_f32(reverseBits(second)));
 }
+
+// Sample `index` of the stream `seed` in [0, 1)⁴: Sobol's sequence, Owen-scrambled, evenly spread in
+// all four dimensions together (direction numbers of Joe and Kuo 2008).
+fn sample_four(index: u32, seed: u32) -> vec4<f32> {
+    var third = 0u;
+    var fourth = 0u;
+    // Direction numbers of this bit and the next ones.
+    var a = vec2<u32>(0x80000000u, 0xc0000000u);
+    var b = vec3<u32>(0x80000000u, 0xc0000000u, 0x20000000u);
+    for (var rest = index; rest != 0u; rest >>= 1u) {
+        if (rest & 1u) != 0u {
+            third ^= a.x;
+            fourth ^= b.x;
+        }
+        a = vec2<u32>(a.y, a.y ^ a.x ^ (a.x >> 2u));
+        b = vec3<u32>(b.y, b.z, b.y ^ b.x ^ (b.x >> 3u));
+    }
+    let reversed = vec4<u32>(index, sobol_second_reversed(index), reverseBits(third), reverseBits(fourth));
+    return vec4<f32>(
+        unit_f32(reverseBits(owen_scramble_reversed(reversed.x, hash_combine(seed, 1u)))),
+        unit_f32(reverseBits(owen_scramble_reversed(reversed.y, hash_combine(seed, 2u)))),
+        unit_f32(reverseBits(owen_scramble_reversed(reversed.z, hash_combine(seed, 3u)))),
+        unit_f32(reverseBits(owen_scramble_reversed(reversed.w, hash_combine(seed, 4u)))),
+    );
+}

@@ -11,6 +11,7 @@ use crate::gpu::{Buffer, Kernel};
 use crate::gpu_struct;
 use crate::kernels::trace::{Counters, check_finished, stream_seed};
 use crate::units::BRIGHTNESS_WEIGHTS;
+use glam::DVec3;
 use rayon::prelude::*;
 
 gpu_struct! {
@@ -21,9 +22,9 @@ gpu_struct! {
         leaving: [f32; 3],
         bounces: u32,
         arriving: [f32; 3],
-        padding0: u32,
+        entry: u32,
         weight: [f32; 3],
-        padding1: u32,
+        padding: u32,
     }
 }
 
@@ -40,28 +41,38 @@ const MOST_RAYS: usize = 1 << 20;
 const MOST_BYTES: usize = 64 << 20;
 /// Fixed-point units of 1: values are of order 1 and their sums stay below 4096.
 const UNIT: f32 = (1u32 << 20) as f32;
-/// Steps of normals' components and of depths (in the tracer's units) within which triangles count as
-/// alike.
-const NORMAL_STEPS: f64 = 32.0;
-const DEPTH_STEPS: f64 = 1e4;
+/// Steps of normals' components, and of depth in the sample, within which sides count as alike.
+const NORMAL_STEPS: f64 = 4.0;
+const LAYERS: f64 = 16.0;
 /// A sum from here on may have run over.
 const FULL: u32 = 1 << 31;
 /// Radiance's kind of material with diffuse lobes, as in `shaders/shared/material.wgsl`.
 pub(super) const SURFACE: u32 = 1;
 
-/// The diffuse surfaces of a job.
-pub(super) struct Surfaces {
-    /// As `diffuse_triangles` of `chain_start.wgsl`.
-    triangles: Vec<[f32; 4]>,
-    /// Both sides' area times albedo, over the area of the sample.
+/// A side of a diffuse triangle.
+struct Side {
+    corners: [[f32; 4]; 3],
+    /// Area times albedo.
     strength: f64,
+    /// Sides of one group are alike: as to material, normal and depth in the sample.
+    group: usize,
+}
+
+/// The diffuse surfaces of a job, and how many chains begin on each.
+pub(super) struct Surfaces {
+    sides: Vec<Side>,
+    groups: usize,
+    /// Area of all sides times albedo, over the area of the sample.
+    strength: f64,
+    /// Share of each side in all chains; they sum to 1.
+    shares: Vec<f64>,
 }
 
 impl Surfaces {
     /// Finds them among the first `count` triangles: the copies that follow belong to neighbours.
     pub fn of(job: &Job, count: usize) -> Self {
         let (tables, size) = (&job.tables, job.high - job.low);
-        let mut found: Vec<([i32; 4], f64, [[f32; 4]; 3])> = Vec::new();
+        let mut found = Vec::new();
         for (corners, &number) in tables.triangles.iter().zip(&tables.triangle_materials).take(count) {
             let material = &tables.materials[number as usize];
             let largest = |c: [f32; 3]| f64::from(c[0].max(c[1]).max(c[2]));
@@ -69,31 +80,123 @@ impl Surfaces {
             if material.kind != SURFACE || albedo <= 0.0 {
                 continue;
             }
-            let [a, b, c] = corners.map(|p| p.as_dvec3());
-            let normal = (b - a).cross(c - a);
-            let step = (normal.normalize_or_zero() * NORMAL_STEPS).round().as_ivec3();
-            let depth = ((a.z + b.z + c.z) / 3.0 * DEPTH_STEPS).round() as i32;
-            let mut records = corners.map(|p| [p.x, p.y, p.z, 0.0]);
-            records[1][3] = f32::from_bits(number);
-            found.push(([step.x, step.y, step.z, depth], normal.length() * albedo, records));
+            // Cut into layers, since light fades with depth.
+            for (layer, [a, b, c]) in layers(corners.map(|p| p.as_dvec3()), f64::from(job.low.z), f64::from(size.z) / LAYERS) {
+                let area = (b - a).cross(c - a);
+                for (normal, corners) in [(area, [a, b, c]), (-area, [a, c, b])] {
+                    let step = (normal.normalize_or_zero() * NORMAL_STEPS).round().as_ivec3();
+                    let mut corners = corners.map(|p| [p.x as f32, p.y as f32, p.z as f32, 0.0]);
+                    corners[1][3] = f32::from_bits(number);
+                    found.push(((number, step.x, step.y, step.z, layer), area.length() / 2.0 * albedo, corners));
+                }
+            }
         }
-        // Alike triangles side by side, so that evenly spread numbers treat all kinds evenly.
+        // Alike sides side by side, so that evenly spread numbers treat all kinds evenly.
         found.sort_by_key(|(key, ..)| *key);
-        let sum: f64 = found.iter().map(|(_, share, _)| share).sum();
-        let mut limit = 0.0;
-        let mut triangles = Vec::with_capacity(3 * found.len());
-        for (_, share, mut records) in found {
-            limit += share;
-            records[0][3] = (limit / sum) as f32;
-            triangles.extend(records);
+        let mut group = 0;
+        let mut sides: Vec<Side> = Vec::with_capacity(found.len());
+        for k in 0..found.len() {
+            let (key, strength, corners) = found[k];
+            group += usize::from(k > 0 && found[k - 1].0 != key);
+            sides.push(Side { corners, strength, group });
         }
-        Self { triangles, strength: sum / f64::from(size.x * size.y) }
+        let sum: f64 = sides.iter().map(|s| s.strength).sum();
+        let shares = sides.iter().map(|s| s.strength / sum).collect();
+        Self { sides, groups: group + 1, strength: sum / f64::from(size.x * size.y), shares }
     }
 
     /// Whether nothing scatters diffusely.
     pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
+        self.sides.is_empty()
     }
+
+    /// Distributes the chains so that the entries' variance becomes small: in proportion to strength
+    /// times the root mean square of what chains from a group of alike sides add (found by a first
+    /// round of chains), half of them by strength alone.
+    pub fn distribute(&mut self, job: &Job, samples: u32, statistics: &mut GenerationStatistics) -> Result<()> {
+        let chains = (samples / 8).clamp(64, 2048);
+        let tracer = Tracer::new(job, self, u32::MAX, chains)?;
+        let (incident, outgoing) = (2 * job.directions.incident(), 2 * job.directions.outgoing());
+        let mut squares = vec![0.0; self.groups];
+        let mut counts = vec![0.0; self.groups];
+        for first in (0..chains).step_by(tracer.capacity) {
+            let count = (chains - first).min(tracer.capacity as u32) as usize;
+            let fans = tracer.trace(first, count as u32, statistics, &|_| Ok(()))?;
+            let (sent, left, capacity) = (&fans.sent, &fans.left, tracer.capacity);
+            let square = |u: u32| f64::from(u) * f64::from(u);
+            for chain in 0..count {
+                let planes = 0..tracer.components;
+                let from: f64 = planes.clone().flat_map(|p| (0..incident).map(move |i| (p * incident + i) * capacity + chain)).map(|k| square(sent[k])).sum();
+                let to: f64 = planes.flat_map(|p| (0..outgoing).map(move |o| (p * capacity + chain) * outgoing + o)).map(|k| square(left[k])).sum();
+                let group = self.sides[fans.entries[chain] as usize].group;
+                squares[group] += from * to;
+                counts[group] += 1.0;
+            }
+        }
+        let mean = squares.iter().sum::<f64>() / counts.iter().sum::<f64>().max(1.0);
+        if !(mean > 0.0) {
+            return Ok(());
+        }
+        // Groups seen rarely lean towards the mean of all.
+        let expected: Vec<f64> = squares.iter().zip(&counts).map(|(s, c)| ((s + mean) / (c + 1.0)).sqrt()).collect();
+        let wanted: Vec<f64> = self.sides.iter().map(|s| s.strength * expected[s.group]).collect();
+        let sum: f64 = wanted.iter().sum();
+        for (share, wanted) in self.shares.iter_mut().zip(wanted) {
+            *share = 0.5 * *share + 0.5 * wanted / sum;
+        }
+        Ok(())
+    }
+
+    /// The table `diffuse_triangles` of `chain_start.wgsl`.
+    fn table(&self) -> Vec<[f32; 4]> {
+        let mut limit = 0.0;
+        let mut table = Vec::with_capacity(3 * self.sides.len());
+        for (side, share) in self.sides.iter().zip(&self.shares) {
+            limit += share;
+            let mut corners = side.corners;
+            corners[0][3] = limit as f32;
+            table.extend(corners);
+        }
+        table
+    }
+
+    /// Strength of a chain from a side: of all surfaces, over the density of its first point.
+    fn factors(&self) -> Vec<f64> {
+        let sum: f64 = self.sides.iter().map(|s| s.strength).sum();
+        self.sides.iter().zip(&self.shares).map(|(side, share)| self.strength * side.strength / sum / share).collect()
+    }
+}
+
+/// The pieces of a triangle between planes z = `bottom` + k `height`, with the number of their layer.
+fn layers(triangle: [DVec3; 3], bottom: f64, height: f64) -> Vec<(i32, [DVec3; 3])> {
+    let layer = |z: f64| ((z - bottom) / height).floor() as i32;
+    let (low, high) = triangle.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.z), b.max(p.z)));
+    if layer(low) == layer(high) || !(height > 0.0) {
+        return vec![(layer(low), triangle)];
+    }
+    let mut pieces = Vec::new();
+    for k in layer(low)..=layer(high) {
+        let above = clip(&triangle, |p| p.z - (bottom + f64::from(k) * height));
+        let slice = clip(&above, |p| bottom + f64::from(k + 1) * height - p.z);
+        pieces.extend(slice.windows(2).skip(1).map(|w| (k, [slice[0], w[0], w[1]])));
+    }
+    pieces
+}
+
+/// The part of a convex polygon where `inside` is not negative (Sutherland and Hodgman).
+fn clip(polygon: &[DVec3], inside: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (i, &p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (a, b) = (inside(p), inside(q));
+        if a >= 0.0 {
+            kept.push(p);
+        }
+        if (a > 0.0 && b < 0.0) || (a < 0.0 && b > 0.0) {
+            kept.push(p + (q - p) * (a / (a - b)));
+        }
+    }
+    kept
 }
 
 /// Adds the diffuse part of the BSDF by `samples` chains to `batch`.
@@ -107,20 +210,21 @@ pub(super) fn add(
     report: &dyn Fn(f64) -> Result<()>,
 ) -> Result<()> {
     let tracer = Tracer::new(job, surfaces, number, samples)?;
+    let factors = surfaces.factors();
     let (incident, outgoing) = (2 * job.directions.incident(), 2 * job.directions.outgoing());
-    // The area is that of both sides, of which each point shows one.
-    let scale = surfaces.strength / (f64::from(samples) * f64::from(UNIT) * f64::from(UNIT));
+    let scale = 1.0 / (f64::from(samples) * f64::from(UNIT) * f64::from(UNIT));
     for first in (0..samples).step_by(tracer.capacity) {
         report(f64::from(first) / f64::from(samples))?;
-        let chains = (samples - first).min(tracer.capacity as u32);
-        let (sent, left) = tracer.trace(first, chains, statistics, report)?;
+        let chains = (samples - first).min(tracer.capacity as u32) as usize;
+        let fans = tracer.trace(first, chains as u32, statistics, report)?;
         let capacity = tracer.capacity;
         for c in 0..tracer.components {
             let weight = if tracer.components == 1 { scale } else { scale * BRIGHTNESS_WEIGHTS[c] };
-            let left: Vec<f32> = left[c * capacity * outgoing..][..chains as usize * outgoing].iter().map(|&u| u as f32).collect();
-            let sent = &sent[c * incident * capacity..][..incident * capacity];
+            let weights: Vec<f64> = fans.entries[..chains].iter().map(|&e| factors[e as usize] * weight).collect();
+            let left: Vec<f32> = fans.left[c * capacity * outgoing..][..chains * outgoing].iter().map(|&u| u as f32).collect();
+            let sent = &fans.sent[c * incident * capacity..][..incident * capacity];
             batch.par_chunks_exact_mut(outgoing).zip(sent.par_chunks_exact(capacity)).for_each(|(row, sent)| {
-                for (&sent, left) in sent.iter().zip(left.chunks_exact(outgoing)).filter(|(s, _)| **s > 0) {
+                for ((&sent, weight), left) in sent.iter().zip(&weights).zip(left.chunks_exact(outgoing)).filter(|((s, _), _)| **s > 0) {
                     let factor = (f64::from(sent) * weight) as f32;
                     for (entry, value) in row.iter_mut().zip(left) {
                         *entry += factor * value;
@@ -130,6 +234,16 @@ pub(super) fn add(
         }
     }
     Ok(())
+}
+
+/// What a round of chains found, fixed point.
+struct Fans {
+    /// `[component][incident cell][chain]`.
+    sent: Vec<u32>,
+    /// `[component][chain][outgoing cell]`.
+    left: Vec<u32>,
+    /// Side on which each chain began.
+    entries: Vec<u32>,
 }
 
 /// Kernels and buffers of one batch.
@@ -172,7 +286,7 @@ impl<'a> Tracer<'a> {
         params.seed = stream_seed(job.options.seed, number, 0x6661_6e73);
         params.unit = UNIT;
         params.capacity = capacity as u32;
-        params.diffuse_count = (surfaces.triangles.len() / 3) as u32;
+        params.diffuse_count = surfaces.sides.len() as u32;
         Ok(Self {
             job,
             params,
@@ -182,7 +296,7 @@ impl<'a> Tracer<'a> {
             incoming: fan(1.0)?,
             outgoing: fan(0.0)?,
             walk: Kernel::new(device, "bsdf/chain_walk", &[], &common)?,
-            triangles: device.upload("diffuse triangles", &surfaces.triangles)?,
+            triangles: device.upload("diffuse triangles", &surfaces.table())?,
             chains: device.zeros::<Chain>("chains", capacity)?,
             listed: device.zeros::<u32>("listed chains", capacity)?,
             goes_on: device.zeros::<u32>("chains that go on", capacity)?,
@@ -200,7 +314,7 @@ impl<'a> Tracer<'a> {
         chains: u32,
         statistics: &mut GenerationStatistics,
         report: &dyn Fn(f64) -> Result<()>,
-    ) -> Result<(Vec<u32>, Vec<u32>)> {
+    ) -> Result<Fans> {
         let device = self.job.device;
         let mut batch = device.batch("clear fans");
         batch.clear(&self.sent).clear(&self.left);
@@ -242,7 +356,8 @@ impl<'a> Tracer<'a> {
                 Error::new("the sums of one chain ran over").help("mirrors concentrate light on very few cells; use --method paths")
             );
         }
-        Ok((sent, left))
+        let entries = device.read::<Chain>(&self.chains)?.iter().map(|c| c.entry).collect();
+        Ok(Fans { sent, left, entries })
     }
 
     fn run(
@@ -266,5 +381,26 @@ impl<'a> Tracer<'a> {
         statistics.paths += started;
         statistics.segments += u64::from(found.segments);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_keep_area_and_stay_in_their_bounds() {
+        let triangle = [DVec3::new(0.0, 0.0, -0.3), DVec3::new(2.0, 0.1, 0.45), DVec3::new(0.3, 1.0, 0.95)];
+        let area = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]);
+        let pieces = layers(triangle, -0.3, 0.1);
+        assert!(pieces.len() > 12);
+        let sum: DVec3 = pieces.iter().map(|(_, t)| area(t)).sum();
+        assert!((sum - area(&triangle)).length() < 1e-12, "same area, same side");
+        for (k, t) in &pieces {
+            let (low, high) = (-0.3 + 0.1 * f64::from(*k), -0.2 + 0.1 * f64::from(*k));
+            assert!(t.iter().all(|p| p.z > low - 1e-9 && p.z < high + 1e-9));
+        }
+        assert_eq!(layers(triangle, -1.0, 5.0), [(0, triangle)]);
+        assert_eq!(layers(triangle, -1.0, 0.0).len(), 1);
     }
 }

@@ -195,14 +195,19 @@ pub fn generate(
     let (tables, [low, high]) = sample.tables(directions.basis())?;
     let scene = tables.upload(device)?;
     let job = Job { device, options, directions, tables, scene, low, high, repeats: sample.repeats };
-    let surfaces = chains::Surfaces::of(&job, sample.own_triangles(&job.tables));
+    let mut surfaces = chains::Surfaces::of(&job, sample.own_triangles(&job.tables));
     let by_chains = match options.method {
         Method::Paths => false,
         Method::Chains => true,
         Method::Best => job.suits_chains(sample),
     };
+    let direct_only = by_chains;
     let samples = options.samples.div_ceil(options.batches);
     let mut statistics = GenerationStatistics::default();
+    let by_chains = by_chains && !surfaces.is_empty() && options.bounces != Some(0);
+    if by_chains {
+        surfaces.distribute(&job, options.samples, &mut statistics)?;
+    }
     let mut batch = vec![0.0f32; directions.entries()];
     while table.batches() < options.batches {
         let number = table.batches();
@@ -213,8 +218,8 @@ pub fn generate(
         };
         batch.fill(0.0);
         let share = if by_chains { 0.5 } else { 1.0 };
-        paths::add(&job, number, samples, !by_chains, &mut batch, &mut statistics, &|f| report(f * share))?;
-        if by_chains && !surfaces.is_empty() && options.bounces != Some(0) {
+        paths::add(&job, number, samples, !direct_only, &mut batch, &mut statistics, &|f| report(f * share))?;
+        if by_chains {
             chains::add(&job, &surfaces, number, samples, &mut batch, &mut statistics, &|f| report(share + f * (1.0 - share)))?;
         }
         if options.average_reciprocal {
