@@ -48,3 +48,16 @@ pub fn output(command: &mut Command) -> Vec<u8> {
     assert!(out.status.success(), "{command:?}: {}", String::from_utf8_lossy(&out.stderr));
     out.stdout
 }
+
+/// Standard output of a Python script that uses `pywincalc` (the engine of WINDOW).
+///
+/// # Panics
+/// If pywincalc is installed and the script fails.
+pub fn pywincalc(script: &str) -> Option<Vec<u8>> {
+    let installed = Command::new("python3").args(["-c", "import pywincalc, numpy"]).stderr(Stdio::null()).status().is_ok_and(|s| s.success());
+    if !installed {
+        eprintln!("SKIPPED a test: pywincalc is not installed");
+        return None;
+    }
+    Some(output(Command::new("python3").args(["-c", script])))
+}

@@ -30,6 +30,7 @@ mod numbers;
 mod overlap;
 mod read;
 pub mod resample;
+pub mod screen;
 mod transmission;
 mod tree;
 mod write;

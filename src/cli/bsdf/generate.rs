@@ -2,8 +2,9 @@
 
 use super::made_by;
 use crate::cli::progress::Terminal;
-use lucarne::bins::KlemsBasis;
+use lucarne::bins::{AngleBasis, KlemsBasis};
 use lucarne::bsdf::blinds::Venetian;
+use lucarne::bsdf::screen::{Openings, Screen};
 use lucarne::bsdf::{self, Blocks, Bsdf, Component, Geometry};
 use lucarne::files;
 use lucarne::gpu::Device;
@@ -24,6 +25,8 @@ Examples:
   lucarne bsdf generate blinds_device.rad -o blinds.xml
   lucarne bsdf generate -t4 5 blinds_device.rad -o blinds_t4.xml
   lucarne bsdf generate --venetian width=25mm,spacing=20mm,angle=20,reflectance=0.5 -o venetian.xml
+  lucarne bsdf generate --perforated diameter=2mm,spacing=4mm,thickness=0.5mm,reflectance=0.6 -o holes.xml
+  lucarne bsdf generate --woven diameter=0.5mm,spacing=1mm,reflectance=0.6 -o woven.xml
 
 Position: +Z into the room, +Y up, the device behind z = 0. Front is the outside (WINDOW).
 Unlike genBSDF, both directions are made unless -f or -b leaves one out, diffuse reflections are not
@@ -41,6 +44,15 @@ pub struct Args {
     /// reflectance; also rise or curvature (radius), thickness, transmittance, specularity, roughness
     #[arg(long, value_name = "KEY=VALUE,...", conflicts_with = "files")]
     venetian: Option<String>,
+
+    /// Perforated screen by WINDOW's model instead: diameter (or width and height) of the holes, spacing
+    /// (or spacing_x and spacing_y), thickness, reflectance, transmittance
+    #[arg(long, value_name = "KEY=VALUE,...", conflicts_with_all = ["files", "venetian"])]
+    perforated: Option<String>,
+
+    /// Woven shade by WINDOW's model instead: diameter and spacing of the threads, reflectance
+    #[arg(long, value_name = "KEY=VALUE,...", conflicts_with_all = ["files", "venetian", "perforated"])]
+    woven: Option<String>,
 
     /// XML file; standard output if absent
     #[arg(short = 'o', value_name = "FILE.xml")]
@@ -149,6 +161,9 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     if no_front && no_back {
         return Err(Error::new("both directions are left out").help("drop -f or -b"));
     }
+    if let Some(screen) = args.screen()? {
+        return args.write_screen(&screen, directions, [no_front, no_back]);
+    }
     let sample = args.sample(&files, warnings)?;
     let options = args.options(directions, &sample)?;
     let metres = unit(&args.unit)?;
@@ -254,6 +269,64 @@ impl Args {
         let scene = read_scene(files, Path::new("."), warnings)?;
         let dim = self.dim.as_deref().and_then(|d| <[f64; 6]>::try_from(d).ok());
         Sample::new(scene, dim, repeats, warnings)
+    }
+
+    /// The screen of `--perforated` or `--woven`, and its thickness in metres.
+    fn screen(&self) -> Result<Option<(Screen, f64)>> {
+        let read = |text: &str, woven: bool| -> Result<(Screen, f64)> {
+            let known: &[&str] = if woven {
+                &["diameter", "spacing", "reflectance", "transmittance"]
+            } else {
+                &["diameter", "width", "height", "spacing", "spacing_x", "spacing_y", "thickness", "reflectance", "transmittance"]
+            };
+            let given = Parameters::parse(text, known)?;
+            let both = given.length("spacing")?;
+            let spacing = |key: &str| required(given.length(key)?.or(both), "spacing");
+            let thickness = given.length("thickness")?.unwrap_or(0.0);
+            let openings = match (woven, given.length("diameter")?) {
+                (true, diameter) => Openings::Woven { diameter: required(diameter, "diameter")?, spacing: required(both, "spacing")? },
+                (false, Some(diameter)) => Openings::Round { diameter, spacing: [spacing("spacing_x")?, spacing("spacing_y")?], thickness },
+                (false, None) => {
+                    let size = [required(given.length("width")?, "diameter")?, required(given.length("height")?, "height")?];
+                    Openings::Rectangular { size, spacing: [spacing("spacing_x")?, spacing("spacing_y")?], thickness }
+                }
+            };
+            let (reflectance, transmittance) = (required(given.share("reflectance")?, "reflectance")?, given.share("transmittance")?.unwrap_or(0.0));
+            let thickness = if let Openings::Woven { diameter, .. } = openings { 2.0 * diameter } else { thickness };
+            Ok((Screen { openings, reflectance, transmittance }, thickness))
+        };
+        match (&self.perforated, &self.woven) {
+            (Some(text), _) => read(text, false).map_err(|e| e.field("--perforated")).map(Some),
+            (_, Some(text)) => read(text, true).map_err(|e| e.field("--woven")).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// Writes a screen's file: nothing is traced.
+    fn write_screen(&self, (screen, thickness): &(Screen, f64), directions: Directions, leave_out: [bool; 2]) -> Result<ExitCode> {
+        let Directions::Klems(basis) = directions else {
+            return Err(Error::new("screens by WINDOW's model are matrices").help("make a matrix first, then a tree with lucarne bsdf convert"));
+        };
+        if self.geometry || self.standard_error.is_some() {
+            return Err(Error::new("screens by WINDOW's model have neither geometry nor standard errors").help("leave out --geometry and --standard-error"));
+        }
+        let mut all = screen.blocks(&AngleBasis::from(basis))?;
+        for component in Component::ALL.into_iter().filter(|c| leave_out[usize::from(!c.is_front())]) {
+            *all.slot(component) = None;
+        }
+        let kind = if self.woven.is_some() { "Woven Shade" } else { "Perforated Screen" };
+        let bsdf = Bsdf {
+            name: self.name.clone().unwrap_or_else(|| kind.to_lowercase()),
+            manufacturer: self.manufacturer.clone(),
+            device_type: kind.into(),
+            thickness: Some(*thickness),
+            properties: vec![("PermeabilityFactor".into(), format!("{:.6}", screen.openness()))],
+            solar: if self.solar { all.clone() } else { Blocks::default() },
+            visible: all,
+            ..Bsdf::default()
+        };
+        bsdf::write(self.output.as_deref(), &bsdf, &made_by())?;
+        Ok(ExitCode::SUCCESS)
     }
 
     fn bsdf(&self, sample: &Sample, table: &Table, leave_out: [bool; 2], metres: f64) -> Bsdf {
