@@ -430,3 +430,49 @@ fn ctrl_c_stops_cleanly_and_the_run_goes_on_later() {
     assert!(room.files().iter().all(|f| !f.to_string_lossy().contains("partial")));
     assert!(!room.path("out/summary.json").exists());
 }
+
+#[test]
+fn slats_and_screens_are_made_in_one_line_and_slips_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| lucarne(folder.path(), &[&["bsdf", "generate"], arguments].concat());
+    let fails = |arguments: &[&str], words: &[&str]| {
+        let output = run(arguments);
+        let message = text(&output.stderr);
+        assert!(!output.status.success() && words.iter().all(|w| message.contains(w)), "{arguments:?}: {message}");
+    };
+    fails(&[], &["no device", "--venetian"]);
+    fails(&["--venetian", "width=25,spacing=20mm,reflectance=0.5"], &["--venetian", "width=25 has no unit", "25mm"]);
+    fails(&["--venetian", "width=25mm,reflectance=0.5"], &["spacing is missing"]);
+    fails(&["--venetian", "width=25mm,spacing=20mm,reflectance=1.5"], &["reflectance=1.5"]);
+    fails(&["--venetian", "width=25mm,spacing=20mm,angle=90,reflectance=0.5"], &["cut each other"]);
+    fails(&["--venetian", "wdth=25mm"], &["'wdth' is unknown", "width"]);
+    fails(&["--woven", "diameter=2mm,spacing=1mm,reflectance=0.5"], &["overlap"]);
+    fails(&["--woven", "diameter=1mm,spacing=2mm,reflectance=0.5", "-t4", "3"], &["convert"]);
+    fails(&["-t4", "9", "device.rad"], &["-t4", "out of range"]);
+    fails(&["--basis", "klems", "device.rad"], &["full, half or quarter"]);
+    fails(&["absent.rad"], &["absent.rad"]);
+    fs::write(folder.path().join("room.rad"), "void plastic p 0 0 5 .5 .5 .5 0 0\np polygon q 0 0 12 0 0 1 1 0 1 1 1 1 0 1 1\n").unwrap();
+    if has_device() {
+        fails(&["room.rad"], &["in the room", "xform"]);
+    }
+    for (kind, parameters) in [("--woven", "diameter=0.5mm,spacing=1mm,reflectance=0.6"), ("--perforated", "diameter=2mm,spacing=4mm,reflectance=0.6")] {
+        assert!(run(&[kind, parameters, "-o", "screen.xml"]).status.success());
+        assert!(lucarne(folder.path(), &["bsdf", "check", "screen.xml"]).status.success(), "{kind}");
+    }
+    if !has_device() {
+        return;
+    }
+    let slats = ["--venetian", "width=25mm,spacing=20mm,angle=20,reflectance=0.5"];
+    let small = ["-c", "256", "--basis", "quarter", "-o", "blind.xml", "--standard-error", "errors.mtx", "--geometry"];
+    let output = run(&[&slats[..], &small].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let xml = fs::read_to_string(folder.path().join("blind.xml")).unwrap();
+    assert!(xml.contains("Venetian Blind") && xml.contains("MGFblock") && xml.contains("Transmission Front"));
+    assert!(!folder.path().join("blind.xml.resume").exists());
+    let (rows, columns, _, errors) = read_matrix(&folder.path().join("errors.mtx"));
+    assert_eq!((rows, columns), (4 * 41, 41));
+    assert!(errors.iter().all(|e| e.is_finite()) && errors.iter().any(|&e| e > 0.0));
+    assert!(run(&[&slats[..], &["-c", "256", "-t3", "3", "-f", "-o", "tree.xml"]].concat()).status.success());
+    let xml = fs::read_to_string(folder.path().join("tree.xml")).unwrap();
+    assert!(xml.contains("TensorTree3") && xml.contains("Transmission Back") && !xml.contains("Front</Wave"));
+}

@@ -1,7 +1,7 @@
 // One step of chains: to the next diffuse reflection, or to their end.
 
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
+import package::shared::bvh::{leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::counters::{counters, count_finished};
 import package::bsdf::sample::{params, GenerationParams, fly, in_period};
@@ -53,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         weight /= survival;
         if event.lobe == LOBE_DIFFUSE {
-            chain.position = in_period(hit_point(hit));
+            chain.position = in_period(leave_surface(hit, side));
             chain.material = number_there;
             chain.leaving = side;
             chain.weight = weight;
@@ -62,7 +62,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             break;
         }
         direction = event.direction;
-        position = in_period(offset_from_surface(hit_point(hit), side));
+        position = in_period(leave_surface(hit, side));
     }
     chains[number] = chain;
     goes_on[id.x] = u32(alive);

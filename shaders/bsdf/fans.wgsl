@@ -6,7 +6,7 @@
 // chain's next points.
 
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
+import package::shared::bvh::{leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, largest, diffuse_share, LOBE_SPECULAR};
 import package::shared::bins::{TAU};
 import package::shared::window::{windows, rings};
@@ -99,7 +99,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         }
         straight = straight && event.transmitted;
         direction = event.direction;
-        position = in_period(offset_from_surface(hit_point(hit), select(facing, -facing, event.transmitted)));
+        position = in_period(leave_surface(hit, select(facing, -facing, event.transmitted)));
     }
     if escaped {
         var found = cell;

@@ -8,7 +8,7 @@
 // Outgoing cells likewise: light that leaves to the outside (-z) first.
 
 import package::shared::random::{sample_pair, sample_four, hash_combine};
-import package::shared::bvh::{hit_point, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
+import package::shared::bvh::{leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR, MATERIAL_MIRROR};
 import package::shared::bins::{TAU};
 import package::shared::counters::{counters, count_finished};
@@ -112,7 +112,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             weight *= params.roulette_weight / strength;
         }
-        position = in_period(offset_from_surface(hit_point(hit), side));
+        position = in_period(leave_surface(hit, side));
     }
     records[(id.z * params.cells + id.y) * params.samples + path] = record;
     atomicAdd(&counters.segments, segment + 1u);
