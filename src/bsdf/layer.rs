@@ -316,6 +316,9 @@ fn stack(layers: &[Operators], basis: &AngleBasis) -> Result<(Operators, Vec<Abs
 }
 
 #[cfg(test)]
+mod pywincalc;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::bins::KlemsBasis;

@@ -8,6 +8,7 @@ mod info;
 mod interpolate;
 mod isotropic;
 mod layer;
+mod plot;
 
 use clap::Subcommand;
 use lucarne::bins::{AngleBasis, KlemsBasis};
@@ -28,6 +29,7 @@ enum Verb {
     Check(check::Args),
     Isotropic(isotropic::Args),
     Layer(layer::Args),
+    Plot(plot::Args),
     Interpolate(interpolate::Args),
     Convert(convert::Args),
     Diff(diff::Args),
@@ -40,6 +42,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         Verb::Check(args) => check::run(&args, warnings),
         Verb::Isotropic(args) => isotropic::run(&args, warnings),
         Verb::Layer(args) => layer::run(&args, warnings),
+        Verb::Plot(args) => plot::run(&args, warnings),
         Verb::Interpolate(args) => interpolate::run(&args, warnings),
         Verb::Convert(args) => convert::run(&args, warnings),
         Verb::Diff(args) => diff::run(&args, warnings),
