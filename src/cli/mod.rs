@@ -7,6 +7,7 @@ mod falsecolor;
 mod glare;
 mod matrix;
 mod matrix_picture;
+mod matrix_sun;
 mod multiply;
 mod progress;
 mod run;

@@ -1,7 +1,9 @@
 //! From a project to its results: what the command line and the viewer both call.
 
 mod fingerprint;
+mod five_phase;
 pub mod inputs;
+pub mod method;
 pub mod multiply;
 pub mod pictures;
 mod presets;
@@ -9,7 +11,9 @@ pub mod project;
 mod results;
 mod rounds;
 mod run;
+pub mod shade;
 mod store;
+pub mod suns;
 mod summary;
 mod table;
 pub mod views;

@@ -1,6 +1,7 @@
 //! What a run did, for people and for programs: `summary.json`.
 
 use super::results::EstimatedError;
+use super::suns::SunCensus;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use serde::Serialize;
@@ -19,6 +20,11 @@ pub struct Summary {
     pub seed: u32,
     /// Phases of the method.
     pub phases: u32,
+    /// Why as many.
+    pub phases_because: String,
+    /// Suns of the five-phase method; absent otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub suns: Option<SunCensus>,
     /// Reinhart subdivision of the sky.
     pub sky_subdivision: usize,
     /// Limit of diffuse reflections; absent: none.
@@ -114,6 +120,8 @@ pub struct Seconds {
     pub view: f64,
     /// Daylight matrices.
     pub daylight: f64,
+    /// Sun matrix.
+    pub suns: f64,
     /// Product of all matrices.
     pub product: f64,
     /// Propagation of the standard errors.
