@@ -120,7 +120,8 @@ impl<'a> Phase<'a> {
             }
             Matrix::from_data(inputs.bins(), columns, 3, data)?
         };
-        let five = FivePhase { inputs, store: self.store, suns, matrix, skies, transmitted_direct, direct_and_sun: std::sync::OnceLock::new() };
+        let five =
+            FivePhase { inputs, store: self.store, suns, matrix, skies, transmitted_direct, direct_and_sun: std::sync::OnceLock::new() };
         Ok((five, statistics))
     }
 

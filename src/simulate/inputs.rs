@@ -94,12 +94,9 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
     let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
     let single = surfaces.len() == 1;
     if let (Some(_), [first, second, ..]) = (&section.shade, &surfaces[..]) {
-        return Err(Error::new(format!(
-            "a shade belongs to one window, but this file holds several: '{}', '{}'",
-            first.name, second.name
-        ))
-        .file(&section.surface)
-        .help("give each its own [[window]] with its own shade"));
+        return Err(Error::new(format!("a shade belongs to one window, but this file holds several: '{}', '{}'", first.name, second.name))
+            .file(&section.surface)
+            .help("give each its own [[window]] with its own shade"));
     }
     let mut windows = Vec::new();
     for window in surfaces {

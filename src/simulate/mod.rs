@@ -13,8 +13,8 @@ mod rounds;
 mod run;
 pub mod shade;
 mod store;
-pub mod suns;
 mod summary;
+pub mod suns;
 mod table;
 pub mod views;
 

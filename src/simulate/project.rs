@@ -363,7 +363,10 @@ seed = 0x2a
     fn a_shade_makes_five_phases() {
         use crate::simulate::suns::SunScheme;
         let shaded = GOOD.replace("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"s.rad\"");
-        for (phases, suns) in [("phases = \"auto\"\nsuns = \"hourly\"", SunScheme::HOURLY), ("phases = 5\nsuns = 4", SunScheme::Patches(crate::bins::ReinhartSky::new(4).unwrap()))] {
+        for (phases, suns) in [
+            ("phases = \"auto\"\nsuns = \"hourly\"", SunScheme::HOURLY),
+            ("phases = 5\nsuns = 4", SunScheme::Patches(crate::bins::ReinhartSky::new(4).unwrap())),
+        ] {
             let p = read(&shaded.replace("phases = 3", phases)).unwrap();
             assert_eq!(p.method.choice(&p.windows).phases, 5);
             assert_eq!(p.method.suns, suns);

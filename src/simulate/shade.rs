@@ -78,7 +78,10 @@ impl Shade {
 
 /// Limits of points along the axes of a window's frame.
 fn extent(points: &[DVec3], window: &Window) -> (DVec3, DVec3) {
-    points.iter().map(|p| window.frame.to_local(*p)).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+    points
+        .iter()
+        .map(|p| window.frame.to_local(*p))
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
 /// The black model with the shades in place: everything in the scene absorbs all light but panes of

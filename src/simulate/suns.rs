@@ -122,11 +122,8 @@ impl SunSet {
                 columns.push(*column);
             }
         }
-        let traced: Vec<Option<(usize, f64)>> = hours
-            .iter()
-            .zip(&sun_of_hour)
-            .map(|(hour, sun)| Some((numbers[(*sun)?]?, hour.as_ref()?.radiance)))
-            .collect();
+        let traced: Vec<Option<(usize, f64)>> =
+            hours.iter().zip(&sun_of_hour).map(|(hour, sun)| Some((numbers[(*sun)?]?, hour.as_ref()?.radiance))).collect();
         let behind: Vec<bool> = sun_of_hour.iter().map(|sun| sun.is_some_and(|s| numbers[s].is_none())).collect();
         let with_sun = sun_of_hour.iter().flatten().count();
         let census = SunCensus {

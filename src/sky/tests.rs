@@ -438,9 +438,7 @@ fn options_out_of_range_are_refused_and_work_can_be_stopped() {
 #[test]
 fn the_suns_of_the_hours_are_the_entries_of_the_sun_matrix() {
     let records: String = (0..24).map(|h| format!("3 21 {h}.5 {} 80\n", if h == 9 { 0 } else { 600 })).collect();
-    let text = format!(
-        "place Test\nlatitude 40.8\nlongitude 74\ntime_zone 75\nsite_elevation 0\nweather_data_file_units 1\n{records}"
-    );
+    let text = format!("place Test\nlatitude 40.8\nlongitude 74\ntime_zone 75\nsite_elevation 0\nweather_data_file_units 1\n{records}");
     let weather = Weather::from_bytes(text.as_bytes(), &mut crate::error::Warnings::new()).unwrap();
     for subdivision in [1, 4] {
         let options = SkyOptions { subdivision, sky: false, sun_disc: Some(0.533), ..SkyOptions::default() };

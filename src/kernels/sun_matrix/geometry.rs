@@ -215,7 +215,12 @@ pub(super) fn registered() -> Vec<crate::gpu::Registered> {
     use crate::gpu::Registered;
     vec![
         Registered::new("trace/sun_vertices").with::<SunPathParams>().with::<SunVertex>().with::<Receiver>(),
-        Registered::new("trace/sun_gather").with::<SunGatherParams>().with::<SunVertex>().with::<SunRecord>().with::<Gate>().with::<Receiver>(),
+        Registered::new("trace/sun_gather")
+            .with::<SunGatherParams>()
+            .with::<SunVertex>()
+            .with::<SunRecord>()
+            .with::<Gate>()
+            .with::<Receiver>(),
     ]
 }
 
@@ -299,7 +304,9 @@ impl<'d> SunTracer<'d> {
             return Err(Error::new("a sun matrix needs at least two batches and one point of the sun's disc"));
         }
         if let Some((i, sun)) = suns.iter().enumerate().find(|(_, s)| {
-            !s.direction.is_finite() || (s.direction.length() - 1.0).abs() > 1e-6 || !(0.0..=std::f64::consts::FRAC_PI_4).contains(&s.radius)
+            !s.direction.is_finite()
+                || (s.direction.length() - 1.0).abs() > 1e-6
+                || !(0.0..=std::f64::consts::FRAC_PI_4).contains(&s.radius)
         }) {
             return Err(Error::new(format!("sun {} is no disc in the sky: direction {}, radius {}", i + 1, sun.direction, sun.radius))
                 .help("a sun needs a direction and a radius of at most 45°"));
@@ -401,7 +408,14 @@ impl<'d> SunTracer<'d> {
         };
         let params = device.uniform("suns", &params)?;
         let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * 6)?;
-        let own = [("params", &params), ("receivers", receivers), ("suns", &self.suns), ("vertices", &vertices), ("sums", &sums), ("gates", &self.gates)];
+        let own = [
+            ("params", &params),
+            ("receivers", receivers),
+            ("suns", &self.suns),
+            ("vertices", &vertices),
+            ("sums", &sums),
+            ("gates", &self.gates),
+        ];
         let started = (self.sun_count * count) as u64 * u64::from(o.batches);
         self.run(&self.gather, &own, [(self.sun_count as u32).div_ceil(64), count as u32, o.batches], started, statistics)?;
         device.read_finite(&sums)
@@ -431,8 +445,8 @@ impl<'d> SunTracer<'d> {
             for sun in 0..self.sun_count {
                 for c in 0..3 {
                     let of = |part: usize| {
-                        let values = (0..batches)
-                            .map(|b| f64::from(sums[((b * count + receiver) * self.sun_count + sun) * 6 + part * 3 + c]));
+                        let values =
+                            (0..batches).map(|b| f64::from(sums[((b * count + receiver) * self.sun_count + sun) * 6 + part * 3 + c]));
                         let (mut sum, mut squares) = (0.0, 0.0);
                         for v in values {
                             sum += v;

@@ -34,7 +34,7 @@ pub fn transmittance(scene: &Scene, origin: DVec3, direction: DVec3) -> [f64; 3]
         let cosine = (b - a).cross(c - a).normalize().dot(direction).abs();
         let through = match scene.materials[t.material.0 as usize].kind {
             MaterialKind::Glass { transmissivity, refraction_index } => glass_pane(transmissivity, refraction_index, cosine).0,
-            MaterialKind::Trans { color, specularity, roughness, transmissivity, transmitted_specularity } if roughness == 0.0 => {
+            MaterialKind::Trans { color, specularity, roughness: 0.0, transmissivity, transmitted_specularity } => {
                 let fresnel = if specularity >= 0.018 { (-5.85 * cosine).exp() - (-5.85f64).exp() } else { 0.0 };
                 color.map(|c| c * transmissivity * (1.0 - specularity) * transmitted_specularity * (1.0 - fresnel))
             }
@@ -50,9 +50,7 @@ pub fn transmittance(scene: &Scene, origin: DVec3, direction: DVec3) -> [f64; 3]
 
 fn leaves(windows: &[Window], origin: DVec3, direction: DVec3) -> bool {
     windows.is_empty()
-        || windows
-            .iter()
-            .any(|w| direction.dot(w.frame.z) < 0.0 && w.triangles.iter().any(|t| intersect(t, origin, direction).is_some()))
+        || windows.iter().any(|w| direction.dot(w.frame.z) < 0.0 && w.triangles.iter().any(|t| intersect(t, origin, direction).is_some()))
 }
 
 /// Points of a sun's disc, evenly spread (golden spiral).

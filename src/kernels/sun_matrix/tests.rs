@@ -170,7 +170,16 @@ fn a_slat_of_known_light_is_seen_with_its_form_factor() {
     let s = [sensor([0.5, 1.0, 0.5], [0.0, -1.0, 0.0])];
     // The sun stands behind the sensor, so its straight light does not come through the window.
     let sun = Sun::new(DVec3::Y);
-    let m = compute(&device, &b.scene, Openings::Windows(std::slice::from_ref(&w)), &s, &[sun], &SunOptions { paths: 256, ..SunOptions::default() }, &Silent).unwrap();
+    let m = compute(
+        &device,
+        &b.scene,
+        Openings::Windows(std::slice::from_ref(&w)),
+        &s,
+        &[sun],
+        &SunOptions { paths: 256, ..SunOptions::default() },
+        &Silent,
+    )
+    .unwrap();
     // Configuration factor of a square of side 1 at distance 1, centred: four quarters.
     let (x, u) = (0.5f64, 1.25f64.sqrt());
     let factor = 4.0 * 2.0 * (x / u) * (x / u).atan() / (2.0 * std::f64::consts::PI);
