@@ -45,6 +45,8 @@ sources![
     "trace/pixel_gather",
     "trace/pixel_receivers",
     "trace/sun_gather",
+    "trace/sun_pixels",
+    "trace/sun_rays",
     "trace/sun_vertices",
     "trace/view_direct",
     "trace/view_gather",

@@ -6,6 +6,7 @@ pub mod inputs;
 pub mod method;
 pub mod multiply;
 pub mod pictures;
+pub mod plan;
 mod presets;
 pub mod project;
 mod results;

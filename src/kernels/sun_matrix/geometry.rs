@@ -285,6 +285,7 @@ pub(crate) struct SunTracer<'d> {
     gates: Buffer,
     sun_count: usize,
     suns: Buffer,
+    panes: bool,
     vertices: Kernel,
     gather: Kernel,
     counters: Buffer,
@@ -317,7 +318,7 @@ impl<'d> SunTracer<'d> {
             _ => TraceTables::new(scene, &windows, WindowSurfaces::Open)?,
         };
         let gates = openings.gates(&tables.normalization);
-        let panes = [("HAS_PANES", f64::from(u8::from(tables.features.glass || tables.features.specular)))];
+        let panes = tables.features.glass || tables.features.specular;
         let records: Vec<SunRecord> = suns
             .iter()
             .enumerate()
@@ -340,8 +341,9 @@ impl<'d> SunTracer<'d> {
             gates: device.upload("gates of sunlight", if gates.is_empty() { &no_gate } else { &gates })?,
             sun_count: suns.len(),
             suns: device.upload("suns", if records.is_empty() { &none } else { &records })?,
+            panes,
             vertices: Kernel::new(device, "trace/sun_vertices", &[], &[])?,
-            gather: Kernel::new(device, "trace/sun_gather", &[], &panes)?,
+            gather: Kernel::new(device, "trace/sun_gather", &[], &[("HAS_PANES", f64::from(u8::from(panes)))])?,
             counters: device.zeros::<Counters>("path counters", 1)?,
             tables,
         })
@@ -355,6 +357,26 @@ impl<'d> SunTracer<'d> {
         let slots = if o.scatters() { batches * u64::from(o.paths * o.most_vertices()) * 64 } else { 64 };
         let most = (MOST_PAIRS / (self.sun_count * o.batches as usize).max(1)).clamp(1, 1 << 15);
         Ok(Plan::new(self.device, o.memory, receivers, &[sums, sums, slots, 64], &[], 1)?.at_most(most))
+    }
+
+    /// Constants of kernels that trace rays to suns.
+    pub fn panes(&self) -> [(&'static str, f64); 1] {
+        [("HAS_PANES", f64::from(u8::from(self.panes)))]
+    }
+
+    /// Boxes that light must pass, and their number.
+    pub fn gates(&self) -> (&Buffer, u32) {
+        (&self.gates, self.gate_count)
+    }
+
+    /// The black model.
+    pub fn scene(&self) -> &TraceScene {
+        &self.scene
+    }
+
+    /// A point in the tracer's coordinates.
+    pub fn point(&self, point: DVec3) -> Vec3 {
+        self.tables.normalization.point(point)
     }
 
     /// A sensor in the tracer's coordinates.
@@ -429,10 +451,23 @@ impl<'d> SunTracer<'d> {
         started: u64,
         statistics: &mut TraceStatistics,
     ) -> Result<()> {
+        self.run_in(&self.scene, kernel, own, workgroups, started, statistics)
+    }
+
+    /// Runs a kernel in a scene and checks that all invocations came to their end.
+    pub fn run_in(
+        &self,
+        scene: &TraceScene,
+        kernel: &Kernel,
+        own: &[(&str, &Buffer)],
+        workgroups: [u32; 3],
+        started: u64,
+        statistics: &mut TraceStatistics,
+    ) -> Result<()> {
         self.device.write(&self.counters, &[Counters::default()])?;
         let mut all = own.to_vec();
         all.push(("counters", &self.counters));
-        let bind = kernel.bind(&self.scene.bindings(&all))?;
+        let bind = kernel.bind(&scene.bindings(&all))?;
         self.device.dispatch(kernel, &bind, workgroups)?;
         finish_dispatch(self.device, &self.counters, started, kernel.label(), statistics)?;
         Ok(())

@@ -6,9 +6,11 @@
 //! | part | estimator | module |
 //! |---|---|---|
 //! | straight through openings, panes and between slats | low-discrepancy points of the disc, a ray each | [`geometry`] |
+//! | suns in pictures: lit surfaces, lit slats, the disc itself | the same for the surface behind each pixel; rays to points of the disc | [`pixels`] |
 //! | scattered by slats and other surfaces | paths from the receiver, whose vertices serve *all* suns | [`geometry`] |
 
 pub mod geometry;
+pub mod pixels;
 #[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
@@ -56,5 +58,7 @@ impl Sun {
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<crate::gpu::Registered> {
-    geometry::registered()
+    let mut all = geometry::registered();
+    all.extend(pixels::registered());
+    all
 }

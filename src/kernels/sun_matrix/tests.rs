@@ -1,4 +1,5 @@
 use super::geometry::{Openings, SunMatrix, SunOptions, compute};
+use super::pixels::{self, Models};
 use super::{Sun, reference};
 use crate::bins::KlemsBasis;
 use crate::gpu::{Device, mutation};
@@ -225,4 +226,52 @@ fn senseless_input_is_refused_and_work_can_be_stopped() {
         }
     }
     assert!(run(&sensors(), &suns(), &good, &Stop).is_err());
+}
+
+/// The room without what fills its window, with a grey floor, seen from its middle.
+#[test]
+fn a_picture_holds_the_disc_and_the_patch_that_the_sun_lights() {
+    let Some(device) = Device::for_tests("suns in a picture") else { return };
+    let (mut scene, w) = blinds(0.5);
+    scene.triangles.retain(|t| t.material.0 == 0);
+    let mut lit = Builder { scene: scene.clone() };
+    let floor = lit.grey(0.4);
+    lit.quad([[0.0, 0.0, 0.01], [4.0, 0.0, 0.01], [4.0, 5.0, 0.01], [0.0, 5.0, 0.01]], floor);
+    let mut black = Builder { scene };
+    let dark = black.grey(0.0);
+    black.quad([[0.0, 0.0, 0.01], [4.0, 0.0, 0.01], [4.0, 5.0, 0.01], [0.0, 5.0, 0.01]], dark);
+    let shaded = [(w, Vec::new())];
+    let first_shade = lit.scene.materials.len() as u32;
+    let models = Models { lit: &lit.scene, black: &black.scene, first_shade, shaded: &shaded };
+    let eye = DVec3::new(1.5, 2.0, 1.2);
+    let view = crate::camera::View::parse("-vta -vp 1.5 2.0 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180").unwrap();
+    let options = SunOptions { disc_samples: 4, paths: 1, ..SunOptions::default() }.direct();
+    // Seen through the window; and one that only lights the floor.
+    let suns = [Sun::new(DVec3::new(0.1, -1.0, 0.3)), Sun::new(DVec3::new(0.0, -1.0, 1.2))];
+    for size in [64, 200] {
+        let raster = crate::camera::Raster::fit(view.camera().unwrap(), size, size, 1.0).unwrap();
+        let pictures = pixels::compute(&device, &models, &raster, &suns, &options, &Silent, &mut Default::default()).unwrap();
+        let omega = raster.solid_angles();
+        let direction = |pixel: usize| raster.ray(pixel % raster.width(), pixel / raster.width()).unwrap().direction;
+        let above = |p: &&(u32, [f32; 3])| direction(p.0 as usize).z > 0.0;
+        let disc: f64 = pictures[0].iter().filter(above).map(|(p, v)| f64::from(v[1]) * omega[*p as usize]).sum();
+        assert!((disc / suns[0].solid_angle() - 1.0).abs() < 1e-3, "{size}: {disc:e} of {:e}", suns[0].solid_angle());
+        assert_eq!(pictures[1].iter().filter(above).count(), 0, "the high sun is hidden by the lintel");
+        for (sun, picture) in suns.iter().zip(&pictures) {
+            let bright = 0.4 / std::f64::consts::PI * sun.solid_angle() * sun.direction.z;
+            // Where the floor's point sees the sun's centre through the window, well inside.
+            let mut inside = 0;
+            for (pixel, value) in picture.iter().filter(|p| !above(p)) {
+                let d = direction(*pixel as usize);
+                let point = eye + d * ((eye.z - 0.01) / -d.z);
+                let at = point + sun.direction * (point.y / -sun.direction.y);
+                if at.x > 0.7 && at.x < 2.3 && at.z > 1.2 && at.z < 2.3 {
+                    inside += 1;
+                    assert!((f64::from(value[1]) / bright - 1.0).abs() < 2e-3, "{size}: {value:?} {bright:e}");
+                }
+                assert!(f64::from(value[1]) <= bright * 1.001);
+            }
+            assert!(inside > size / 8, "{inside} pixels");
+        }
+    }
 }
