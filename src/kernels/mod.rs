@@ -2,6 +2,7 @@
 
 pub mod bsdf_generation;
 pub mod daylight_matrix;
+pub mod glare;
 pub mod image_matrix;
 pub mod light_paths;
 pub mod product;
@@ -16,6 +17,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
     all.extend(bsdf_generation::registered());
+    all.extend(glare::registered());
     all.extend(product::registered());
     all.extend(trace::probes::registered());
     all

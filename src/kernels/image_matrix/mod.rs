@@ -153,6 +153,8 @@ pub struct PixelRows {
     pub standard_error: Vec<f32>,
     /// The part seen without any diffuse reflection: the windows themselves.
     pub direct_view: Vec<f32>,
+    /// The independent estimates that `values` is the mean of: `[pixel][batch][bin][rgb]`.
+    pub batches: Vec<f32>,
 }
 
 /// Computes the view matrix of a picture and hands it over tile by tile, in order of the pixels, so
@@ -245,6 +247,7 @@ impl<'d> ImageTracer<'d> {
             values: vec![0.0; count * bins * 3],
             standard_error: vec![0.0; count * bins * 3],
             direct_view: vec![0.0; count * bins * 3],
+            batches: vec![0.0; self.options.batches as usize * count * bins * 3],
         };
         if inside.is_empty() {
             return Ok(rows);
@@ -257,12 +260,14 @@ impl<'d> ImageTracer<'d> {
             .par_chunks_mut(row_len)
             .zip(rows.standard_error.par_chunks_mut(row_len))
             .zip(rows.direct_view.par_chunks_mut(row_len))
+            .zip(rows.batches.par_chunks_mut(batches * row_len))
             .enumerate()
-            .for_each(|(pixel, ((values, errors), direct_view))| {
+            .for_each(|(pixel, (((values, errors), direct_view), estimates))| {
                 let Ok(pixel) = inside.binary_search(&(first + pixel)) else { return };
                 for (i, ((value, error), direct)) in values.iter_mut().zip(errors).zip(direct_view).enumerate() {
                     let (bin, c) = (i / 3, i % 3);
                     let (mut sum, mut squares) = (0.0f64, 0.0f64);
+                    *direct = tile.seen[(pixel * bins + bin) * 3 + c] as f32 / unit / self.options.subpixels as f32;
                     for batch in 0..batches {
                         let at = batch * inside.len() + pixel;
                         let mut v = f64::from(tile.sums[((bin * batches + batch) * inside.len() + pixel) * 3 + c]);
@@ -271,9 +276,9 @@ impl<'d> ImageTracer<'d> {
                         }
                         sum += v;
                         squares += v * v;
+                        estimates[batch * row_len + i] = v as f32 + *direct;
                     }
                     let n = batches as f64;
-                    *direct = tile.seen[(pixel * bins + bin) * 3 + c] as f32 / unit / self.options.subpixels as f32;
                     *value = (sum / n) as f32 + *direct;
                     *error = ((squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0)).sqrt() as f32;
                 }
