@@ -1,6 +1,7 @@
 //! One module per kernel: host half and f64 reference.
 
 pub mod bsdf_generation;
+pub mod bsdf_scattering;
 pub mod daylight_matrix;
 pub mod image_matrix;
 pub mod light_paths;
@@ -16,6 +17,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
     all.extend(bsdf_generation::registered());
+    all.extend(bsdf_scattering::registered());
     all.extend(product::registered());
     all.extend(trace::probes::registered());
     all
