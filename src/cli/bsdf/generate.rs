@@ -291,7 +291,8 @@ impl Args {
                     Openings::Rectangular { size, spacing: [spacing("spacing_x")?, spacing("spacing_y")?], thickness }
                 }
             };
-            let (reflectance, transmittance) = (required(given.share("reflectance")?, "reflectance")?, given.share("transmittance")?.unwrap_or(0.0));
+            let (reflectance, transmittance) =
+                (required(given.share("reflectance")?, "reflectance")?, given.share("transmittance")?.unwrap_or(0.0));
             let thickness = if let Openings::Woven { diameter, .. } = openings { 2.0 * diameter } else { thickness };
             Ok((Screen { openings, reflectance, transmittance }, thickness))
         };
@@ -305,10 +306,13 @@ impl Args {
     /// Writes a screen's file: nothing is traced.
     fn write_screen(&self, (screen, thickness): &(Screen, f64), directions: Directions, leave_out: [bool; 2]) -> Result<ExitCode> {
         let Directions::Klems(basis) = directions else {
-            return Err(Error::new("screens by WINDOW's model are matrices").help("make a matrix first, then a tree with lucarne bsdf convert"));
+            return Err(
+                Error::new("screens by WINDOW's model are matrices").help("make a matrix first, then a tree with lucarne bsdf convert")
+            );
         };
         if self.geometry || self.standard_error.is_some() {
-            return Err(Error::new("screens by WINDOW's model have neither geometry nor standard errors").help("leave out --geometry and --standard-error"));
+            return Err(Error::new("screens by WINDOW's model have neither geometry nor standard errors")
+                .help("leave out --geometry and --standard-error"));
         }
         let mut all = screen.blocks(&AngleBasis::from(basis))?;
         for component in Component::ALL.into_iter().filter(|c| leave_out[usize::from(!c.is_front())]) {

@@ -36,7 +36,7 @@ gpu_struct! {
     pub(crate) struct TileParams {
         seed: u32,
         pixels: u32,
-        rounds: u32,
+        paths: u32,
         batches: u32,
         bins: u32,
         window_count: u32,
@@ -109,9 +109,9 @@ impl Default for ImageOptions {
             subpixels: 16,
             window_samples: 64,
             traced_every: 4,
-            light_paths: 8,
+            light_paths: 16,
             visibility_rays: 8,
-            near_samples: 4,
+            near_samples: 16,
             near_radius: 0.15,
             roulette_weight: 0.05,
             jitter: 1.0,
@@ -125,6 +125,8 @@ impl Default for ImageOptions {
 const MOST_VISIBILITY_RAYS: u32 = 64;
 /// Lights of all bins that an invocation of `pixel_gather` goes through, at most.
 const MOST_LIGHTS: u32 = 1 << 14;
+/// Most vertices whose lights are connected together.
+const VERTICES_KEPT: u32 = 4;
 /// Pixels of a tile, at most: bounds the time of a dispatch.
 const MOST_TILE_PIXELS: usize = 8192;
 
@@ -295,14 +297,14 @@ impl<'d> ImageTracer<'d> {
         let params = TileParams {
             seed: stream_seed(o.seed, 0, 0x7069_7865),
             pixels: pixels as u32,
-            rounds: self.rounds(),
+            paths: self.rounds() * self.paths_per_round(),
             batches: o.batches,
             bins: bins as u32,
             window_count: self.tables.windows.len() as u32,
             subpixels: o.subpixels,
             window_samples: o.window_samples,
             traced_every: o.traced_every,
-            lights: self.paths_per_round(),
+            lights: self.paths_per_round() * self.vertices_kept(),
             near_radius: o.near_radius,
             unit: self.unit(),
         };
@@ -355,7 +357,13 @@ impl<'d> ImageTracer<'d> {
     /// Light paths that one dispatch of `pixel_gather` can connect: a limit on its loops, which some
     /// drivers cut short.
     fn paths_per_round(&self) -> u32 {
-        (MOST_LIGHTS / self.tables.bins() as u32).clamp(1, self.options.light_paths)
+        (MOST_LIGHTS / self.tables.bins() as u32 / self.vertices_kept()).clamp(1, self.options.light_paths)
+    }
+
+    /// Vertices of the light paths that are connected by one dispatch: going through a pixel's row
+    /// costs as much as connecting it.
+    fn vertices_kept(&self) -> u32 {
+        self.options.bounces.map_or(VERTICES_KEPT, |b| b.saturating_sub(1).clamp(1, VERTICES_KEPT))
     }
 
     fn rounds(&self) -> u32 {
@@ -374,10 +382,23 @@ impl<'d> ImageTracer<'d> {
         let (o, device) = (&self.options, self.device);
         let invocations = u64::from(params.pixels) * u64::from(params.batches);
         let seed = stream_seed(o.seed, round, 0x726f_756e);
-        let path_options = LightPathOptions { paths: self.paths_per_round(), batches: o.batches, bounces: o.bounces, seed };
+        let path_options = LightPathOptions {
+            paths: self.paths_per_round(),
+            batches: o.batches,
+            bounces: o.bounces,
+            seed,
+            vertices_kept: self.vertices_kept(),
+        };
         let paths = LightPaths::new(device, &self.tables, &self.scene, &self.light_paths, path_options, None)?;
         for vertex in 0..paths.most_vertices() {
+            if vertex % self.vertices_kept() == 0 {
+                paths.forget()?;
+            }
             let go_on = paths.advance(vertex, statistics)?;
+            let last = !go_on || vertex + 1 == paths.most_vertices();
+            if !last && (vertex + 1) % self.vertices_kept() != 0 {
+                continue;
+            }
             let params_now = device.uniform("tile parameters", &TileParams { seed: stream_seed(seed, vertex, 0x6761_7468), ..*params })?;
             let own = [
                 ("params", &params_now),
@@ -390,7 +411,7 @@ impl<'d> ImageTracer<'d> {
             ];
             self.run(&self.gather, &own, [params.pixels.div_ceil(64), o.batches, 1], invocations, statistics)?;
             statistics.segments += invocations * u64::from(o.visibility_rays);
-            if !go_on {
+            if last {
                 break;
             }
         }
