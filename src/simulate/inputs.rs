@@ -9,7 +9,7 @@ use crate::scene::points::Sensor;
 use crate::scene::{self, Scene, Window};
 use crate::weather::Weather;
 use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The contents of all files of a project.
 #[derive(Debug, Clone)]
@@ -36,6 +36,8 @@ pub struct ProjectWindow {
     pub transmission: Matrix<f64>,
     /// What the sun is traced through, if by anything but the transmission.
     pub shade: Option<Shade>,
+    /// T of all states of the façade, with their names; empty if the window has one state.
+    pub states: Vec<(String, Matrix<f64>)>,
 }
 
 /// A group of sensors.
@@ -92,6 +94,7 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
     }
     let bsdf = bsdf::read(&section.bsdf, warnings)?;
     let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
+    let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
     let single = surfaces.len() == 1;
     if let (Some(_), [first, second, ..]) = (&section.shade, &surfaces[..]) {
         return Err(Error::new(format!("a shade belongs to one window, but this file holds several: '{}', '{}'", first.name, second.name))
@@ -113,11 +116,29 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
             .line(window.origin.line)
             .help("use the BSDF's basis in the comment before the polygon: '#@rfluxmtx h=kf' for Klems full, h=kh half, h=kq quarter"));
         }
+        for (path, (_, state)) in section.states.iter().zip(&states) {
+            if (state.rows(), state.cols()) != (bins, bins) {
+                return Err(Error::new(format!(
+                    "this state has {} outgoing and {} incident bins, the window {bins}",
+                    state.rows(),
+                    state.cols()
+                ))
+                .file(path)
+                .help("all states of a window need the basis of the window"));
+            }
+        }
         let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
         let shade = Shade::read(project, section, &window, warnings)?;
-        windows.push(ProjectWindow { name, window, transmission: transmission.clone(), shade });
+        windows.push(ProjectWindow { name, window, transmission: transmission.clone(), states: states.clone(), shade });
     }
     Ok(windows)
+}
+
+/// A state of the façade: the file's name without its ending, and T.
+fn read_state(path: &Path, warnings: &mut Warnings) -> Result<(String, Matrix<f64>)> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let bsdf = bsdf::read(path, warnings)?;
+    Ok((name, in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(path))?)))
 }
 
 /// A grey matrix as RGB.

@@ -2,6 +2,10 @@
 
 mod fingerprint;
 mod five_phase;
+mod glare;
+mod glare_noise;
+mod glare_output;
+pub mod glare_section;
 pub mod inputs;
 pub mod method;
 pub mod multiply;
@@ -17,9 +21,11 @@ mod store;
 mod summary;
 pub mod suns;
 mod table;
+mod view_grid;
 pub mod views;
 
 pub use fingerprint::Fingerprint;
+pub use glare::GlareSummary;
 pub use inputs::Inputs;
 pub use project::Project;
 pub use results::EstimatedError;

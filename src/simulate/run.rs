@@ -2,6 +2,8 @@
 
 use super::fingerprint::Fingerprint;
 use super::five_phase::{FivePhase, Phase};
+use super::glare::{GlareJob, GlareSummary};
+use super::glare_section::GlareMethod;
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::method::Choice;
 use super::presets::{daylight_options, image_options, rounds, view_options};
@@ -11,7 +13,7 @@ use super::rounds::average;
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
 use super::suns::SunCensus;
-use super::views::ViewJob;
+use super::views::{ImageHours, ViewJob};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::trace::TraceStatistics;
@@ -38,6 +40,8 @@ use std::time::Instant;
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
 /// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for |
+/// | `glare/VIEW.csv`, `.png`, `.svg` | DGP of every hour with its standard error; carpet plot |
+/// | `glare/annual.csv`, `undecided.csv`, `METHOD.dgp` | annual glare of all views; hours whose class the noise leaves open; DGP, rows views, columns hours |
 /// | `summary.json` | [`Summary`] |
 ///
 /// Matrices of an earlier run into the same folder are used again if all their inputs are the same,
@@ -155,9 +159,13 @@ impl<'a> Run<'a> {
         let sensors = self.write(&lux)?;
         let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, warnings)?;
+        self.seconds.glare = clock.elapsed().as_secs_f64();
         self.seconds.total = start.elapsed().as_secs_f64();
         let census = five.as_ref().map(|f| f.census().clone());
-        let summary = self.summary(sensors, views, estimated_error, census, warnings);
+        let summary = self.summary(sensors, views, glare, estimated_error, census, warnings);
         summary.write(&self.store.summary_path())?;
         Ok(summary)
     }
@@ -202,6 +210,12 @@ impl<'a> Run<'a> {
         if self.choice.phases != 5 {
             return Ok(None);
         }
+        if !self.project.views.is_empty() {
+            warnings.push(
+                Error::new("pictures and glare of this project are three-phase: only its sensors get the traced suns")
+                    .help("give the eye's place as a sensor for its illuminance"),
+            );
+        }
         let clock = Instant::now();
         self.check_stop()?;
         let inputs = self.scene_fingerprint("C");
@@ -237,6 +251,15 @@ impl<'a> Run<'a> {
         *Fingerprint::new(kind).add(&triangles).add(&materials).add(&device.name).add(&device.driver)
     }
 
+    /// The same with the windows that emit.
+    fn view_fingerprint(&self, kind: &str) -> Fingerprint {
+        let mut inputs = self.scene_fingerprint(kind);
+        for window in self.inputs.windows.iter().map(|w| &w.window) {
+            inputs.add(&(&window.triangles, &window.frame, &window.basis));
+        }
+        inputs
+    }
+
     /// V of all groups, computed in one pass and kept in one file per group.
     fn view(&mut self) -> Result<WithError> {
         let clock = Instant::now();
@@ -249,10 +272,7 @@ impl<'a> Run<'a> {
         }
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
-        let mut inputs = self.scene_fingerprint("V");
-        for window in &windows {
-            inputs.add(&(&window.triangles, &window.frame, &window.basis));
-        }
+        let mut inputs = self.view_fingerprint("V");
         inputs.add(&sensors).add(&view_options(self.project, 0)).add(&rounds);
         if let Some(kept) = self.kept_view(inputs) {
             for (group, part) in groups.iter().zip(split(&kept.total, groups)) {
@@ -387,6 +407,11 @@ impl<'a> Run<'a> {
     ) -> Result<Vec<ViewSummary>> {
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let mut summaries = Vec::new();
+        // Other ways to glare need no pictures of everything.
+        let needless = self.project.glare.as_ref().is_some_and(|g| g.method != GlareMethod::Image);
+        if needless && self.project.images.hours == ImageHours::None {
+            return Ok(summaries);
+        }
         for view in &self.project.views {
             let clock = Instant::now();
             self.check_stop()?;
@@ -400,10 +425,7 @@ impl<'a> Run<'a> {
                 store: self.store,
                 progress: self.progress,
             };
-            let mut inputs = self.scene_fingerprint("V of pictures");
-            for window in &windows {
-                inputs.add(&(&window.triangles, &window.frame, &window.basis));
-            }
+            let mut inputs = self.view_fingerprint("V of pictures");
             inputs.add(&view.raster()?).add(&options);
             let mut statistics = TraceStatistics::default();
             let (rows, columns, reused) = job.matrix(inputs, &mut statistics)?;
@@ -416,10 +438,39 @@ impl<'a> Run<'a> {
         Ok(summaries)
     }
 
+    /// Annual glare of all views, if the project asks for it.
+    fn glare(
+        &mut self,
+        multiplier: &dyn product::Multiplier,
+        [daylight, daylight_direct, daylight_error]: [&[Matrix<f32>]; 3],
+        sky: &Matrix<f32>,
+        warnings: &mut Warnings,
+    ) -> Result<Option<GlareSummary>> {
+        let Some(section) = &self.project.glare else { return Ok(None) };
+        let mut statistics = TraceStatistics::default();
+        let job = GlareJob {
+            device: self.device,
+            project: self.project,
+            inputs: self.inputs,
+            store: self.store,
+            progress: self.progress,
+            daylight,
+            daylight_direct,
+            daylight_error,
+            sky,
+            view_inputs: &|kind| self.view_fingerprint(kind),
+        };
+        let summary = job.run(section, multiplier, &mut statistics, warnings)?;
+        self.statistics.paths += statistics.paths;
+        self.statistics.segments += statistics.segments;
+        Ok(Some(summary))
+    }
+
     fn summary(
         &self,
         sensors: Vec<SensorSummary>,
         views: Vec<ViewSummary>,
+        glare: Option<GlareSummary>,
         estimated_error: Option<results::EstimatedError>,
         suns: Option<SunCensus>,
         warnings: &Warnings,
@@ -438,6 +489,7 @@ impl<'a> Run<'a> {
             hours: self.inputs.weather.records.len(),
             sensors,
             views,
+            glare,
             matrices: self.matrices.clone(),
             product: self.product.clone(),
             seconds: self.seconds,
