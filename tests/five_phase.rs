@@ -185,6 +185,8 @@ fn blinds(folder: &Path, weather: &str, shade: &str, method: &str) -> Result<(Su
         "[weather]\nfile = \"w.wea\"\n[scene]\nfiles = [\"{scene}/room.rad\"]\n[[window]]\nname = \"south\"\nsurface = \"{scene}/window.rad\"\n\
          bsdf = \"{scene}/blind.xml\"\n{shade}\n[[sensors]]\nname = \"room\"\npoints = \"{scene}/points.txt\"\n[method]\n{method}\n[quality]\npreset = \"draft\"\n"
     );
+    // Pictures are compared with sensors, both with little noise.
+    let text = if method.contains("[images]") { text.replace("\"draft\"", "\"standard\"") } else { text };
     let file = folder.join("project.toml");
     std::fs::write(&file, text).unwrap();
     let project = Project::read(&file)?;
@@ -316,7 +318,7 @@ fn pictures_with_suns_light_the_eye_as_the_sensor_in_its_place_is_lit() {
         return;
     }
     const SIZE: usize = 96;
-    let hours = [8, 9, 10, 11, 12, 13, 14, 15];
+    let hours = [9, 11, 12, 14];
     let folder = tempfile::tempdir().unwrap();
     let view = format!("[[view]]\nname = \"seat\"\nfile = \"{SCENES}/blinds/views/seat.vf\"\nresolution = [{SIZE}, {SIZE}]\n");
     let method = format!("phases = 5\nsuns = \"hourly\"\n{view}[images]\nhours = {hours:?}");
@@ -334,7 +336,8 @@ fn pictures_with_suns_light_the_eye_as_the_sensor_in_its_place_is_lit() {
         sunny = sunny.max(of_sun);
     }
     assert!(sunny > 100.0, "no sun reaches the eye");
-    assert!(worst < 0.05, "{worst}");
+    // The sensor's hour alone has a standard error of 1 %.
+    assert!(worst < 0.03, "{worst}");
     // Run again, nothing is traced and the pictures are the same.
     let before = std::fs::read(out.join("images/seat/img_0012.hdr")).unwrap();
     let (again, out) = blinds(folder.path(), &day(700.0), &shade(), &method).unwrap();
