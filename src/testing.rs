@@ -54,7 +54,8 @@ pub fn output(command: &mut Command) -> Vec<u8> {
 /// # Panics
 /// If pywincalc is installed and the script fails.
 pub fn pywincalc(script: &str) -> Option<Vec<u8>> {
-    let installed = Command::new("python3").args(["-c", "import pywincalc, numpy"]).stderr(Stdio::null()).status().is_ok_and(|s| s.success());
+    let installed =
+        Command::new("python3").args(["-c", "import pywincalc, numpy"]).stderr(Stdio::null()).status().is_ok_and(|s| s.success());
     if !installed {
         eprintln!("SKIPPED a test: pywincalc is not installed");
         return None;

@@ -455,7 +455,9 @@ fn slats_and_screens_are_made_in_one_line_and_slips_are_named() {
     if has_device() {
         fails(&["room.rad"], &["in the room", "xform"]);
     }
-    for (kind, parameters) in [("--woven", "diameter=0.5mm,spacing=1mm,reflectance=0.6"), ("--perforated", "diameter=2mm,spacing=4mm,reflectance=0.6")] {
+    for (kind, parameters) in
+        [("--woven", "diameter=0.5mm,spacing=1mm,reflectance=0.6"), ("--perforated", "diameter=2mm,spacing=4mm,reflectance=0.6")]
+    {
         assert!(run(&[kind, parameters, "-o", "screen.xml"]).status.success());
         assert!(lucarne(folder.path(), &["bsdf", "check", "screen.xml"]).status.success(), "{kind}");
     }

@@ -31,6 +31,7 @@ mod overlap;
 mod read;
 pub mod resample;
 pub mod screen;
+pub mod spectrum;
 mod transmission;
 mod tree;
 mod write;

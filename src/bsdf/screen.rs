@@ -79,16 +79,15 @@ impl Screen {
                 if shift >= diameter {
                     return 0.0;
                 }
-                let lens = diameter * diameter / 2.0 * (shift / diameter).acos() - shift / 2.0 * (diameter * diameter - shift * shift).sqrt();
+                let lens =
+                    diameter * diameter / 2.0 * (shift / diameter).acos() - shift / 2.0 * (diameter * diameter - shift * shift).sqrt();
                 lens / (spacing[0] * spacing[1])
             }
             Openings::Rectangular { size, spacing, thickness } => {
                 (0..2).map(|k| (size[k] - thickness * slope[k]).max(0.0) / spacing[k]).product()
             }
             // A thread's shadow on the screen is its diameter over the cosine of the profile angle.
-            Openings::Woven { diameter, spacing } => {
-                slope.iter().map(|s| (1.0 - diameter / spacing * s.hypot(1.0)).max(0.0)).product()
-            }
+            Openings::Woven { diameter, spacing } => slope.iter().map(|s| (1.0 - diameter / spacing * s.hypot(1.0)).max(0.0)).product(),
         }
     }
 
@@ -146,7 +145,10 @@ impl Screen {
             }
         }
         if self.reflectance + self.transmittance > 1.0 {
-            return fault("reflectance", format!("reflectance {} and transmittance {} together exceed 1", self.reflectance, self.transmittance));
+            return fault(
+                "reflectance",
+                format!("reflectance {} and transmittance {} together exceed 1", self.reflectance, self.transmittance),
+            );
         }
         let (sizes, spacing, thickness) = match self.openings {
             Openings::Round { diameter, spacing, thickness } => ([diameter; 2], spacing, thickness),
@@ -257,7 +259,11 @@ mod tests {
     #[test]
     fn blocks_keep_energy_and_reciprocity() {
         let screens = [
-            Screen { openings: Openings::Round { diameter: 2.0, spacing: [4.0, 4.0], thickness: 1.0 }, reflectance: 0.5, transmittance: 0.2 },
+            Screen {
+                openings: Openings::Round { diameter: 2.0, spacing: [4.0, 4.0], thickness: 1.0 },
+                reflectance: 0.5,
+                transmittance: 0.2,
+            },
             Screen { openings: Openings::Woven { diameter: 0.5, spacing: 1.0 }, reflectance: 0.6, transmittance: 0.0 },
         ];
         for screen in screens {
@@ -309,11 +315,14 @@ system(w.create_perforated_screen, w.PerforatedGeometry(.004, .004, .001, .001, 
 system(w.create_woven_shade, w.WovenGeometry(.0005, .001, .001), 0, .6, .001)";
         let Some(out) = crate::testing::pywincalc(script) else { return };
         let text = String::from_utf8(out).unwrap();
-        let theirs: Vec<Vec<f64>> =
-            text.lines().map(|l| l.split_whitespace().map(|w| w.parse().unwrap()).collect()).collect();
+        let theirs: Vec<Vec<f64>> = text.lines().map(|l| l.split_whitespace().map(|w| w.parse().unwrap()).collect()).collect();
         // WINDOW's dimension is the radius of a round hole.
         let ours = [
-            Screen { openings: Openings::Round { diameter: 0.002, spacing: [0.004; 2], thickness: 0.0005 }, reflectance: 0.6, transmittance: 0.1 },
+            Screen {
+                openings: Openings::Round { diameter: 0.002, spacing: [0.004; 2], thickness: 0.0005 },
+                reflectance: 0.6,
+                transmittance: 0.1,
+            },
             Screen { openings: Openings::Woven { diameter: 0.0005, spacing: 0.001 }, reflectance: 0.6, transmittance: 0.0 },
         ];
         let basis = AngleBasis::from(KlemsBasis::Quarter);

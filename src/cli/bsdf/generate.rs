@@ -12,8 +12,8 @@ use lucarne::kernels::bsdf_generation::{Directions, GenerationOptions, Generatio
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
 use lucarne::progress::Progress;
-use lucarne::scene::rad::read_scene;
-use lucarne::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle};
+use lucarne::scene::gltf::{Options as GltfOptions, UpAxis};
+use lucarne::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle, read_scene_with};
 use lucarne::{Error, Result, Warnings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ Examples:
   lucarne bsdf generate --perforated diameter=2mm,spacing=4mm,thickness=0.5mm,reflectance=0.6 -o holes.xml
   lucarne bsdf generate --woven diameter=0.5mm,spacing=1mm,reflectance=0.6 -o woven.xml
 
-Position: +Z into the room, +Y up, the device behind z = 0. Front is the outside (WINDOW).
+Position: +Z into the room, +Y up, the device behind z = 0 (glTF: the same). Front is the outside (WINDOW).
 Unlike genBSDF, both directions are made unless -f or -b leaves one out, diffuse reflections are not
 truncated without -ab, and geometry is embedded only with --geometry.";
 
@@ -36,7 +36,7 @@ truncated without -ab, and geometry is embedded only with --geometry.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Radiance files of the device, materials first (+f, -f, +b, -b as in genBSDF)
+    /// Files of the device: Radiance, materials first, or glTF in its own axes (+f, -f, +b, -b as in genBSDF)
     #[arg(value_name = "DEVICE.rad")]
     files: Vec<PathBuf>,
 
@@ -177,12 +177,22 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let start = Instant::now();
     let mut kept = start;
     let statistics = generate(&device, &sample, &mut table, &options, &terminal, warnings, &mut |table| {
-        if kept.elapsed() > KEEP_EVERY || terminal.stop_requested() {
+        if kept.elapsed() > KEEP_EVERY {
             kept = Instant::now();
             store.save(table)?;
         }
         Ok(())
-    })?;
+    });
+    let statistics = match statistics {
+        Ok(statistics) => statistics,
+        // Whatever ended it, finished batches need not be traced again.
+        Err(error) => {
+            if table.batches() > 0 {
+                store.save(&table)?;
+            }
+            return Err(error);
+        }
+    };
     terminal.finish();
     let bsdf = args.bsdf(&sample, &table, [no_front, no_back], metres);
     let command = made_by();
@@ -266,7 +276,9 @@ impl Args {
             Some("xy" | "yx") => [true, true],
             Some(other) => return Err(Error::new(format!("'{other}' names no axes")).field("--periodic").help("choose x, y or xy")),
         };
-        let scene = read_scene(files, Path::new("."), warnings)?;
+        // glTF's own axes are those of a device: +Y up, +Z towards who looks at it.
+        let axes = GltfOptions { up: UpAxis::Z, scale: 1.0 };
+        let scene = read_scene_with(files, Path::new("."), &axes, warnings)?;
         let dim = self.dim.as_deref().and_then(|d| <[f64; 6]>::try_from(d).ok());
         Sample::new(scene, dim, repeats, warnings)
     }
@@ -291,7 +303,8 @@ impl Args {
                     Openings::Rectangular { size, spacing: [spacing("spacing_x")?, spacing("spacing_y")?], thickness }
                 }
             };
-            let (reflectance, transmittance) = (required(given.share("reflectance")?, "reflectance")?, given.share("transmittance")?.unwrap_or(0.0));
+            let (reflectance, transmittance) =
+                (required(given.share("reflectance")?, "reflectance")?, given.share("transmittance")?.unwrap_or(0.0));
             let thickness = if let Openings::Woven { diameter, .. } = openings { 2.0 * diameter } else { thickness };
             Ok((Screen { openings, reflectance, transmittance }, thickness))
         };
@@ -305,10 +318,13 @@ impl Args {
     /// Writes a screen's file: nothing is traced.
     fn write_screen(&self, (screen, thickness): &(Screen, f64), directions: Directions, leave_out: [bool; 2]) -> Result<ExitCode> {
         let Directions::Klems(basis) = directions else {
-            return Err(Error::new("screens by WINDOW's model are matrices").help("make a matrix first, then a tree with lucarne bsdf convert"));
+            return Err(
+                Error::new("screens by WINDOW's model are matrices").help("make a matrix first, then a tree with lucarne bsdf convert")
+            );
         };
         if self.geometry || self.standard_error.is_some() {
-            return Err(Error::new("screens by WINDOW's model have neither geometry nor standard errors").help("leave out --geometry and --standard-error"));
+            return Err(Error::new("screens by WINDOW's model have neither geometry nor standard errors")
+                .help("leave out --geometry and --standard-error"));
         }
         let mut all = screen.blocks(&AngleBasis::from(basis))?;
         for component in Component::ALL.into_iter().filter(|c| leave_out[usize::from(!c.is_front())]) {

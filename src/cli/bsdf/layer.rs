@@ -1,8 +1,8 @@
 //! `lucarne bsdf layer`.
 
 use lucarne::bsdf::glass::Pane;
-use lucarne::bsdf::layer::{combine, flipped, length};
-use lucarne::bsdf::{self, Bsdf, Component};
+use lucarne::bsdf::layer::{Layer, combine, length};
+use lucarne::bsdf::{self, Component};
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -29,7 +29,7 @@ pub struct Args {
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let basis = super::klems_basis(&args.basis)?;
-    let mut layers: Vec<Bsdf> = Vec::new();
+    let mut layers: Vec<Layer> = Vec::new();
     let mut thickness = Some(0.0);
     let mut add = |t: Option<f64>| thickness = thickness.zip(t).map(|(a, b): (f64, f64)| a + b);
     for word in &args.layers {
@@ -38,15 +38,12 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
             continue;
         }
         let (plain, turn) = word.strip_prefix("flip:").map_or((word.as_str(), false), |w| (w, true));
-        let layer = if let Some(glass) = plain.strip_prefix("glass:") {
-            let pane = Pane::parse(glass)?;
-            let [visible, solar] = pane.to_blocks(&basis);
-            Bsdf { name: format!("glass {glass}"), thickness: Some(pane.thickness), visible, solar, ..Bsdf::default() }
-        } else {
-            bsdf::read(Path::new(plain), warnings)?
+        let layer: Layer = match plain.strip_prefix("glass:") {
+            Some(glass) => Pane::parse(glass)?.into(),
+            None => bsdf::read(Path::new(plain), warnings)?.into(),
         };
-        add(layer.thickness);
-        layers.push(if turn { flipped(&layer).map_err(|e| e.field(word.clone()))? } else { layer });
+        add(layer.thickness());
+        layers.push(if turn { layer.flipped().map_err(|e| e.field(word.clone()))? } else { layer });
     }
     if layers.is_empty() {
         return Err(Error::new("there are only gaps").help("name at least one layer"));

@@ -126,8 +126,13 @@ impl Surfaces {
             let square = |u: u32| f64::from(u) * f64::from(u);
             for chain in 0..count {
                 let planes = 0..tracer.components;
-                let from: f64 = planes.clone().flat_map(|p| (0..incident).map(move |i| (p * incident + i) * capacity + chain)).map(|k| square(sent[k])).sum();
-                let to: f64 = planes.flat_map(|p| (0..outgoing).map(move |o| (p * capacity + chain) * outgoing + o)).map(|k| square(left[k])).sum();
+                let from: f64 = planes
+                    .clone()
+                    .flat_map(|p| (0..incident).map(move |i| (p * incident + i) * capacity + chain))
+                    .map(|k| square(sent[k]))
+                    .sum();
+                let to: f64 =
+                    planes.flat_map(|p| (0..outgoing).map(move |o| (p * capacity + chain) * outgoing + o)).map(|k| square(left[k])).sum();
                 let group = self.sides[fans.entries[chain] as usize].group;
                 squares[group] += from * to;
                 counts[group] += 1.0;
@@ -308,13 +313,7 @@ impl<'a> Tracer<'a> {
 
     /// Incoming fans `[component][cell][chain]` and outgoing fans `[component][chain][cell]` of
     /// `chains` chains from number `first` on, fixed point.
-    fn trace(
-        &self,
-        first: u32,
-        chains: u32,
-        statistics: &mut GenerationStatistics,
-        report: &dyn Fn(f64) -> Result<()>,
-    ) -> Result<Fans> {
+    fn trace(&self, first: u32, chains: u32, statistics: &mut GenerationStatistics, report: &dyn Fn(f64) -> Result<()>) -> Result<Fans> {
         let device = self.job.device;
         let mut batch = device.batch("clear fans");
         batch.clear(&self.sent).clear(&self.left);

@@ -1,16 +1,16 @@
 use super::*;
+use crate::bins::AngleBasis;
 use crate::bins::KlemsBasis;
 use crate::bsdf::Component::{self, ReflectionBack, ReflectionFront, TransmissionBack, TransmissionFront};
-use crate::bins::AngleBasis;
 use crate::bsdf::blinds::Venetian;
 use crate::kernels::trace::reference::bsdf_column;
 use crate::kernels::trace::rooms::Builder;
-use crate::testing;
 use crate::progress::Silent;
 use crate::scene::{MaterialIndex, MaterialKind, Scene, Triangle};
+use crate::testing;
 use glam::DVec3;
-use std::path::Path;
 use std::f64::consts::PI;
+use std::path::Path;
 
 fn sample(b: Builder, dim: [f64; 6], repeats: [bool; 2]) -> Sample {
     Sample::new(b.scene, Some(dim), repeats, &mut Warnings::new()).unwrap()
@@ -114,7 +114,13 @@ fn louvre() -> Builder {
     let mut b = Builder::default();
     let plastic = b.material(MaterialKind::Plastic { color: [0.7, 0.5, 0.3], specularity: 0.05, roughness: 0.0 });
     let metal = b.material(MaterialKind::Metal { color: [0.8; 3], specularity: 0.6, roughness: 0.0 });
-    let trans = b.material(MaterialKind::Trans { color: [0.9, 0.8, 0.7], specularity: 0.03, roughness: 0.0, transmissivity: 0.4, transmitted_specularity: 0.3 });
+    let trans = b.material(MaterialKind::Trans {
+        color: [0.9, 0.8, 0.7],
+        specularity: 0.03,
+        roughness: 0.0,
+        transmissivity: 0.4,
+        transmitted_specularity: 0.3,
+    });
     let glass = b.material(MaterialKind::Glass { transmissivity: [0.8, 0.9, 0.85], refraction_index: 1.52 });
     let mirror = b.material(MaterialKind::Mirror { color: [0.85; 3] });
     b.quad([[0.0, 0.0, -0.4], [1.0, 0.0, -0.4], [1.0, 0.6, -0.4], [0.0, 0.6, -0.4]], glass);
@@ -330,7 +336,8 @@ fn radiance(folder: &Path, device: &Sample, samples: u32) -> Option<[Vec<f64>; 2
                      #@rfluxmtx u=-Y h=+kq\nvoid glow outside 0 0 4 1 1 1 0\noutside source o 0 0 4 0 0 -1 180\n";
     std::fs::write(folder.join("receivers.rad"), receivers).unwrap();
     let count = samples.to_string();
-    let arguments = ["-fd", "-w", "-n", "1", "-ab", "5", "-ad", "16", "-lw", "1e-3", "-c", &count, "sender.rad", "receivers.rad", "device.rad"];
+    let arguments =
+        ["-fd", "-w", "-n", "1", "-ab", "5", "-ad", "16", "-lw", "1e-3", "-c", &count, "sender.rad", "receivers.rad", "device.rad"];
     let found = testing::output(testing::radiance("rfluxmtx")?.current_dir(folder).args(arguments));
     let matrix = crate::matrix::file::read_matrix_from::<f64>(found.as_slice()).unwrap().matrix;
     let basis = AngleBasis::from(KlemsBasis::Quarter);
@@ -409,6 +416,11 @@ print(*(solid @ np.array(found.front.transmittance.matrix)))";
     let (up, down) = (9 + 3, 9 + 9);
     assert!(matrix.direct_hemispherical(up) > 1.5 * matrix.direct_hemispherical(down));
     for bin in [0, up, down] {
-        assert!((matrix.direct_hemispherical(bin) - theirs[2 + bin]).abs() < 0.05, "{bin}: {} {}", matrix.direct_hemispherical(bin), theirs[2 + bin]);
+        assert!(
+            (matrix.direct_hemispherical(bin) - theirs[2 + bin]).abs() < 0.05,
+            "{bin}: {} {}",
+            matrix.direct_hemispherical(bin),
+            theirs[2 + bin]
+        );
     }
 }
