@@ -138,14 +138,14 @@ fn faulty_files_get_one_clear_error_with_their_line() {
     let cases: [(&str, String, &[&str]); 12] = [
         ("a row too few", data.replacen(first_row, "", 1), &["values", "41"]),
         ("a row too many", data.replacen(first_row, &first_row.repeat(2), 1), &["values", "41"]),
-        ("nan", data.replacen(first_row, &first_row.replacen(first, "nan", 1), 1), &["line", "finite"]),
-        ("infinite", data.replacen(first_row, &first_row.replacen(first, "1e999", 1), 1), &["line", "finite"]),
-        ("words", data.replacen(first_row, &first_row.replacen(first, "much", 1), 1), &["line", "'much' is not a number"]),
-        ("missing angles", missing_angles, &["values"]),
+        ("nan", data.replacen(first_row, &first_row.replacen(first, "nan", 1), 1), &["file.xml:", "finite"]),
+        ("infinite", data.replacen(first_row, &first_row.replacen(first, "1e999", 1), 1), &["file.xml:", "finite"]),
+        ("words", data.replacen(first_row, &first_row.replacen(first, "much", 1), 1), &["file.xml:", "'much' is not a number"]),
+        ("missing angles", missing_angles, &["not a division of the hemisphere"]),
         ("an entity bomb", bomb.to_string(), &["document type"]),
         ("deep nesting", format!("<WindowElement>{}", "<a>".repeat(100_000)), &["nested deeper"]),
         ("a tag without end", format!("<WindowElement><{}", "a".repeat(4 << 20)), &["longer than"]),
-        ("half a file", data[..data.len() / 2].to_string(), &["line"]),
+        ("half a file", data[..data.len() / 2].to_string(), &["file.xml:"]),
         ("no file at all", String::new(), &["not a BSDF file"]),
         ("something else", "<?xml version=\"1.0\"?><svg></svg>".to_string(), &["not a BSDF file"]),
     ];
@@ -329,4 +329,172 @@ fn an_interrupted_generation_goes_on_to_the_same_bits() {
     };
     assert!(data("whole.xml") == data("again.xml"), "the same bits");
     assert!(!folder.path().join("again.xml.resume").exists());
+}
+
+/// Radiance's programs as the Python package `pyradiance` brings them.
+fn radiance() -> Option<PathBuf> {
+    let find = "import pyradiance,os;print(os.path.dirname(pyradiance.__file__),end='')";
+    let out = Command::new("python3").args(["-c", find]).stderr(Stdio::null()).output().ok()?;
+    let folder = PathBuf::from(text(&out.stdout));
+    if folder.join("bin").is_dir() {
+        return Some(folder);
+    }
+    eprintln!("SKIPPED a test: Radiance (pyradiance) is not installed");
+    None
+}
+
+/// Runs a command and gives its standard output and its processor time, in seconds.
+fn timed(folder: &Path, radiance: &Path, words: &[&str]) -> (Vec<u8>, f64) {
+    let path = format!("{}:{}", radiance.join("bin").display(), std::env::var("PATH").unwrap_or_default());
+    let output = Command::new("bash")
+        .args(["-c", "TIMEFORMAT='cpu %U'; time \"$@\" 2>messages", "timed"])
+        .args(words)
+        .current_dir(folder)
+        .env("PATH", path)
+        .env("RAYPATH", format!(".:{}", radiance.join("lib").display()))
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let messages = || fs::read_to_string(folder.join("messages")).unwrap_or_default();
+    assert!(output.status.success(), "{words:?}: {}", messages());
+    let seconds = text(&output.stderr).trim().trim_start_matches("cpu ").parse().unwrap();
+    (output.stdout, seconds)
+}
+
+/// Transmission of light from the outside as genBSDF has it made by `rfluxmtx`: `[outgoing][incident]`, 1/sr.
+fn genbsdf(folder: &Path, radiance: &Path, samples: &str) -> (Vec<f64>, f64) {
+    let words = [
+        "rfluxmtx",
+        "-fd",
+        "-n",
+        "1",
+        "-w",
+        "-ab",
+        "5",
+        "-ad",
+        "16",
+        "-lw",
+        "1e-3",
+        "-c",
+        samples,
+        "sender.rad",
+        "receiver.rad",
+        "device.rad",
+    ];
+    let (bytes, seconds) = timed(folder, radiance, &words);
+    let start = bytes.windows(2).position(|w| w == b"\n\n").unwrap() + 2;
+    let values: Vec<f64> = bytes[start..].chunks_exact(8).map(|c| f64::from_le_bytes(c.try_into().unwrap())).collect();
+    let components = values.len() / (145 * 145);
+    let basis = lucarne::bins::AngleBasis::from(lucarne::bins::KlemsBasis::Full);
+    let entry = |o: usize, i: usize| values[(i * 145 + o) * components] / basis.projected_solid_angle(o);
+    ((0..145 * 145).map(|k| entry(k / 145, k % 145)).collect(), seconds)
+}
+
+#[test]
+fn generate_meets_genbsdf_on_the_tutorials_blinds_in_a_twentieth_of_its_time() {
+    let bsdfs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/tutorial_room/bsdf");
+    if !bsdfs.is_dir() {
+        eprintln!("SKIPPED a test: no reference data at {}", bsdfs.display());
+        return;
+    }
+    let Some(radiance) = radiance() else { return };
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(bsdfs.join("blinds_device.rad"), folder.path().join("device.rad")).unwrap();
+    // The device's box, see getbbox; light starts just before it.
+    let [x, y, z] = [6.096, 1.528_88, -0.048_602];
+    let sender =
+        format!("#@rfluxmtx u=-Y h=-kf\nvoid glow send 0 0 4 1 1 1 0\nsend polygon face 0 0 12 0 0 {z} 0 {y} {z} {x} {y} {z} {x} 0 {z}\n");
+    fs::write(folder.path().join("sender.rad"), sender).unwrap();
+    fs::write(folder.path().join("receiver.rad"), "#@rfluxmtx u=-Y h=-kf\nvoid glow room 0 0 4 1 1 1 0\nroom source r 0 0 4 0 0 1 180\n")
+        .unwrap();
+    // Compiled kernels go to the driver's cache first.
+    let program = env!("CARGO_BIN_EXE_lucarne");
+    let generate = |samples: &'static str| {
+        [
+            program,
+            "bsdf",
+            "generate",
+            "device.rad",
+            "--ab",
+            "5",
+            "--reciprocity",
+            "keep",
+            "-c",
+            samples,
+            "--standard-error",
+            "e.mtx",
+            "-o",
+            "ours.xml",
+        ]
+    };
+    timed(folder.path(), &radiance, &generate("16"));
+    let (_, ours_seconds) = timed(folder.path(), &radiance, &generate("8192"));
+    // Two runs with different rays show genBSDF's noise.
+    let (first, first_seconds) = genbsdf(folder.path(), &radiance, "500");
+    let (second, second_seconds) = genbsdf(folder.path(), &radiance, "512");
+    let rms = |values: &mut dyn Iterator<Item = f64>| (values.map(|v| v * v).sum::<f64>() / 21_025.0).sqrt();
+    let theirs_error = rms(&mut first.iter().zip(&second).map(|(a, b)| a - b)) / 2f64.sqrt();
+    let bytes = fs::read(folder.path().join("e.mtx")).unwrap();
+    let start = bytes.windows(2).position(|w| w == b"\n\n").unwrap() + 2;
+    let ours_error = rms(&mut bytes[start..].chunks_exact(4).take(145 * 145).map(|c| f64::from(f32::from_le_bytes(c.try_into().unwrap()))));
+    let ours = read(&folder.path().join("ours.xml"));
+    let reference = read(&bsdfs.join("blinds_correct_klems.xml"));
+    for component in [Component::TransmissionFront, Component::TransmissionBack] {
+        let [a, b] = [&ours, &reference].map(|f| matrix(f, component).hemispherical());
+        println!("{}: hemispherical {a:.5}, genBSDF at -c 4000 {b:.5}", component.xml_name());
+        assert!((a - b).abs() < 0.002, "{component:?}: {a} {b}");
+    }
+    let mean = first.iter().zip(&second).map(|(a, b)| (a + b) / 2.0);
+    let deviation = rms(&mut matrix(&ours, Component::TransmissionFront).values().iter().zip(mean).map(|(a, b)| a - b));
+    let combined = ours_error.hypot(theirs_error / 2f64.sqrt());
+    println!(
+        "RMS deviation of entries {deviation:.4}/sr, combined standard error {combined:.4}/sr ({ours_error:.4} and {theirs_error:.4} a run)"
+    );
+    assert!(deviation < 3.0 * combined, "{deviation} {combined}");
+    // Ours are both sides, transmission and reflection; theirs is one of two passes.
+    let speed = (first_seconds + second_seconds) * theirs_error.powi(2) / (ours_seconds * ours_error.powi(2));
+    println!("processor time {ours_seconds:.1} s; genBSDF's {first_seconds:.1} s a side: {speed:.0} × as fast at equal error");
+    assert!(speed > 20.0, "{speed}");
+}
+
+#[test]
+fn radiance_evaluates_converted_trees_as_this_program_does() {
+    let Some(radiance) = radiance() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["bsdf", "convert", "venetian.xml", "--to", "t4:4", "-o", "tree.xml"];
+    fs::copy(samples().join("venetian.xml"), folder.path().join("venetian.xml")).unwrap();
+    assert!(lucarne(folder.path(), &arguments).status.success());
+    let [tree, matrix] = ["tree.xml", "venetian.xml"].map(|n| read(&folder.path().join(n)).visible.transmission_front.unwrap());
+    assert!((tree.hemispherical() - matrix.hemispherical()).abs() < 1e-3);
+    let unit = |x: f64, y: f64| glam::DVec3::new(x, y, (1.0 - x * x - y * y).sqrt());
+    let pairs = [
+        (unit(0.717, -0.231), unit(0.869, -0.29)),
+        (unit(-0.381, 0.247), unit(-0.401, 0.257)),
+        (unit(0.718, 0.126), unit(-0.545, -0.133)),
+        (unit(-0.802, 0.237), unit(-0.822, 0.247)),
+        (unit(0.31, -0.62), unit(0.33, -0.6)),
+        (unit(0.05, 0.04), unit(0.06, 0.03)),
+    ];
+    for (out, incident) in pairs {
+        let (s, o) = (-incident, out);
+        let scene = format!(
+            "void BSDF m 6 0 tree.xml 0 1 0 . 0 0\nm polygon p 0 0 12 -1 -1 0 1 -1 0 1 1 0 -1 1 0\nvoid light l 0 0 3 1e6 1e6 1e6\n\
+             l source s 0 0 4 {} {} {} .1\n",
+            s.x, s.y, s.z
+        );
+        fs::write(folder.path().join("scene.rad"), scene).unwrap();
+        fs::write(folder.path().join("ray"), format!("{} {} {} {} {} {}\n", o.x, o.y, o.z, -o.x, -o.y, -o.z)).unwrap();
+        let script = "oconv -f scene.rad > scene.oct && rtrace -h -ab 0 -ss 0 -ds 0 -dj 0 scene.oct < ray";
+        let (answer, _) = timed(folder.path(), &radiance, &["sh", "-c", script]);
+        let luminance: f64 = text(&answer).split_whitespace().nth(1).unwrap().parse().unwrap();
+        // A source of 0.1° and 10⁶ W/sr/m², seen at the cosine of incidence.
+        let solid_angle = std::f64::consts::TAU * (1.0 - 0.05f64.to_radians().cos());
+        let theirs = luminance / (1e6 * solid_angle * incident.z);
+        let ours = tree.evaluate(out, incident);
+        println!("{ours:.5} {theirs:.5}");
+        assert!((ours - theirs).abs() < 2e-3 * ours + 1e-3, "{out} {incident}: {ours} {theirs}");
+    }
 }

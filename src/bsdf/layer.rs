@@ -29,12 +29,12 @@ pub enum Layer {
     /// Glass.
     Pane(Pane),
     /// Anything with a BSDF: a shade, a film, a system.
-    Scatterer(Bsdf),
+    Scatterer(Box<Bsdf>),
 }
 
 impl From<Bsdf> for Layer {
     fn from(bsdf: Bsdf) -> Self {
-        Layer::Scatterer(bsdf)
+        Layer::Scatterer(Box::new(bsdf))
     }
 }
 
@@ -69,7 +69,7 @@ impl Layer {
     pub fn flipped(&self) -> Result<Self> {
         match self {
             Layer::Pane(pane) => Ok(Layer::Pane(pane.flipped())),
-            Layer::Scatterer(bsdf) => flipped(bsdf).map(Layer::Scatterer),
+            Layer::Scatterer(bsdf) => flipped(bsdf).map(Layer::from),
         }
     }
 

@@ -22,6 +22,7 @@ pub mod blinds;
 pub mod check;
 pub mod difference;
 pub mod glass;
+pub mod iea21;
 pub mod interpolate;
 pub mod isotropic;
 mod klems;

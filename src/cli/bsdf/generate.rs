@@ -11,7 +11,6 @@ use lucarne::gpu::Device;
 use lucarne::kernels::bsdf_generation::{Directions, GenerationOptions, GenerationStatistics, Method, Sample, Table, generate, mgf};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
-use lucarne::progress::Progress;
 use lucarne::scene::gltf::{Options as GltfOptions, UpAxis};
 use lucarne::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle, read_scene_with};
 use lucarne::{Error, Result, Warnings};
