@@ -5,8 +5,8 @@ struct TileParams {
     seed: u32,
     // Pixels of this tile.
     pixels: u32,
-    // Rounds of light paths, all of which are summed.
-    rounds: u32,
+    // Light paths per bin and batch, all of which are summed.
+    paths: u32,
     batches: u32,
     bins: u32,
     window_count: u32,
@@ -15,7 +15,7 @@ struct TileParams {
     // Window samples per surface point, and every how many one is traced.
     window_samples: u32,
     traced_every: u32,
-    // Lights per bin and batch.
+    // Room for lights per bin and batch.
     lights: u32,
     near_radius: f32,
     // Fixed-point units of a whole pixel.

@@ -1,22 +1,27 @@
-// Moves the virtual lights that give light to the front of their bin, keeping their order, and
-// counts them. One invocation per bin and batch.
+// Appends the virtual lights of the last vertex that give light to their bin's list, keeping their
+// order, and counts them. One invocation per bin and batch.
 
 import package::shared::receiver::{VirtualLight};
 import package::shared::counters::{count_finished};
 
 struct CompactParams {
     bins: u32,
-    // Lights per bin and batch.
-    lights: u32,
+    // Light paths per bin and batch.
+    paths: u32,
     batches: u32,
-    padding: u32,
+    // Room for lights per bin and batch.
+    room: u32,
 }
 
 @group(0) @binding(6) var<uniform> params: CompactParams;
-// [batch][bin][path]
-@group(0) @binding(7) var<storage, read_write> lights: array<VirtualLight>;
+// Of the last vertex, [batch][bin][path].
+@group(0) @binding(7) var<storage, read> vertex_lights: array<VirtualLight>;
+// [batch][bin][room]
+@group(0) @binding(8) var<storage, read_write> lights: array<VirtualLight>;
 // [batch][bin]
-@group(0) @binding(8) var<storage, read_write> light_counts: array<u32>;
+@group(0) @binding(9) var<storage, read_write> light_counts: array<u32>;
+// Paths that go on to another vertex, [batch][bin].
+@group(0) @binding(10) var<storage, read_write> going_on: array<u32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -26,15 +31,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let row = batch * params.bins + bin;
-    var kept = 0u;
+    var kept = light_counts[row];
+    var alive = 0u;
     var i = 0u;
-    for (; i < params.lights; i++) {
-        let light = lights[row * params.lights + i];
-        if light.strength > 0.0 {
-            lights[row * params.lights + kept] = light;
+    for (; i < params.paths; i++) {
+        let light = vertex_lights[row * params.paths + i];
+        alive += light.goes_on;
+        if light.strength > 0.0 && kept < params.room {
+            lights[row * params.room + kept] = light;
             kept += 1u;
         }
     }
     light_counts[row] = kept;
-    count_finished(i == params.lights);
+    going_on[row] = alive;
+    count_finished(i == params.paths);
 }

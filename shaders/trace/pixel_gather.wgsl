@@ -23,7 +23,7 @@ const MOST_RAYS: u32 = 64u;
 @group(0) @binding(9) var<storage, read_write> shares: array<BinShare>;
 // Radiance coefficients [bin][batch][pixel][rgb].
 @group(0) @binding(10) var<storage, read_write> sums: array<f32>;
-// [batch][bin][path]
+// [batch][bin][light]
 @group(0) @binding(11) var<storage, read> lights: array<VirtualLight>;
 // [batch][bin]
 @group(0) @binding(12) var<storage, read> light_counts: array<u32>;
@@ -111,7 +111,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         arrived += passed;
     }
     let mean_share = select(vec3<f32>(1.0), arrived / max(traced, 1.0), traced > 0.0);
-    let scale = weight * (0.3183098861837907 / f32(params.lights * params.rounds));
+    let scale = weight * (0.3183098861837907 / f32(params.paths));
     for (var bin = 0u; bin < params.bins; bin++) {
         let cell = pixel_cell(shape, bin, batch, pixel);
         let share = shares[cell];

@@ -27,6 +27,8 @@ struct NearParams {
 }
 
 const MOST_SEGMENTS: u32 = 256u;
+// Workgroups along x; devices allow 65535 along each axis.
+const WORKGROUPS_PER_ROW: u32 = 16384u;
 
 @group(0) @binding(6) var<uniform> params: NearParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
@@ -45,10 +47,12 @@ fn deposit(row: u32, bin: u32, weight: vec3<f32>, dither: f32) {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let index = id.x;
-    let sensor_index = id.y;
+    // Paths of a sensor side by side, so that few paths per sensor fill whole workgroups too.
+    let path = id.y * (WORKGROUPS_PER_ROW * 64u) + id.x;
+    let sensor_index = path / params.samples;
+    let index = path - sensor_index * params.samples;
     let batch = id.z;
-    if index >= params.samples || sensor_index >= params.sensors || batch >= params.batches {
+    if sensor_index >= params.sensors || batch >= params.batches {
         return;
     }
     let sensor = sensors[batch * params.batch_stride + sensor_index];

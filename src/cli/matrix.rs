@@ -95,7 +95,7 @@ struct ViewArgs {
     #[command(flatten)]
     picture: PictureArgs,
 
-    /// Light paths per bin and batch (default 256 for sensors, 8 for pictures)
+    /// Light paths per bin and batch (default 256 for sensors, 16 for pictures)
     #[arg(short = 'c', value_name = "N")]
     light_paths: Option<u32>,
 
@@ -108,7 +108,7 @@ struct ViewArgs {
     #[arg(long, value_name = "N", default_value_t = ViewOptions::default().direct_samples)]
     direct_samples: u32,
 
-    /// Paths per sensor (default 512) or pixel (default 4) and batch for nearby surfaces and mirrors
+    /// Paths per sensor (default 512) or pixel (default 16) and batch for nearby surfaces and mirrors
     #[arg(long, value_name = "N")]
     near_samples: Option<u32>,
 

@@ -36,7 +36,7 @@ gpu_struct! {
     pub(crate) struct TileParams {
         seed: u32,
         pixels: u32,
-        rounds: u32,
+        paths: u32,
         batches: u32,
         bins: u32,
         window_count: u32,
@@ -109,9 +109,9 @@ impl Default for ImageOptions {
             subpixels: 16,
             window_samples: 64,
             traced_every: 4,
-            light_paths: 8,
+            light_paths: 16,
             visibility_rays: 8,
-            near_samples: 4,
+            near_samples: 16,
             near_radius: 0.15,
             roulette_weight: 0.05,
             jitter: 1.0,
@@ -125,6 +125,8 @@ impl Default for ImageOptions {
 const MOST_VISIBILITY_RAYS: u32 = 64;
 /// Lights of all bins that an invocation of `pixel_gather` goes through, at most.
 const MOST_LIGHTS: u32 = 1 << 14;
+/// Vertices of light paths whose lights are connected together, at least.
+const VERTICES_KEPT: u32 = 4;
 /// Pixels of a tile, at most: bounds the time of a dispatch.
 const MOST_TILE_PIXELS: usize = 8192;
 
@@ -151,6 +153,8 @@ pub struct PixelRows {
     pub standard_error: Vec<f32>,
     /// The part seen without any diffuse reflection: the windows themselves.
     pub direct_view: Vec<f32>,
+    /// The independent estimates that `values` is the mean of: `[pixel][batch][bin][rgb]`.
+    pub batches: Vec<f32>,
 }
 
 /// Computes the view matrix of a picture and hands it over tile by tile, in order of the pixels, so
@@ -243,6 +247,7 @@ impl<'d> ImageTracer<'d> {
             values: vec![0.0; count * bins * 3],
             standard_error: vec![0.0; count * bins * 3],
             direct_view: vec![0.0; count * bins * 3],
+            batches: vec![0.0; self.options.batches as usize * count * bins * 3],
         };
         if inside.is_empty() {
             return Ok(rows);
@@ -255,12 +260,14 @@ impl<'d> ImageTracer<'d> {
             .par_chunks_mut(row_len)
             .zip(rows.standard_error.par_chunks_mut(row_len))
             .zip(rows.direct_view.par_chunks_mut(row_len))
+            .zip(rows.batches.par_chunks_mut(batches * row_len))
             .enumerate()
-            .for_each(|(pixel, ((values, errors), direct_view))| {
+            .for_each(|(pixel, (((values, errors), direct_view), estimates))| {
                 let Ok(pixel) = inside.binary_search(&(first + pixel)) else { return };
                 for (i, ((value, error), direct)) in values.iter_mut().zip(errors).zip(direct_view).enumerate() {
                     let (bin, c) = (i / 3, i % 3);
                     let (mut sum, mut squares) = (0.0f64, 0.0f64);
+                    *direct = tile.seen[(pixel * bins + bin) * 3 + c] as f32 / unit / self.options.subpixels as f32;
                     for batch in 0..batches {
                         let at = batch * inside.len() + pixel;
                         let mut v = f64::from(tile.sums[((bin * batches + batch) * inside.len() + pixel) * 3 + c]);
@@ -269,9 +276,9 @@ impl<'d> ImageTracer<'d> {
                         }
                         sum += v;
                         squares += v * v;
+                        estimates[batch * row_len + i] = v as f32 + *direct;
                     }
                     let n = batches as f64;
-                    *direct = tile.seen[(pixel * bins + bin) * 3 + c] as f32 / unit / self.options.subpixels as f32;
                     *value = (sum / n) as f32 + *direct;
                     *error = ((squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0)).sqrt() as f32;
                 }
@@ -295,14 +302,14 @@ impl<'d> ImageTracer<'d> {
         let params = TileParams {
             seed: stream_seed(o.seed, 0, 0x7069_7865),
             pixels: pixels as u32,
-            rounds: self.rounds(),
+            paths: self.rounds() * self.paths_per_round(),
             batches: o.batches,
             bins: bins as u32,
             window_count: self.tables.windows.len() as u32,
             subpixels: o.subpixels,
             window_samples: o.window_samples,
             traced_every: o.traced_every,
-            lights: self.paths_per_round(),
+            lights: self.room(),
             near_radius: o.near_radius,
             unit: self.unit(),
         };
@@ -352,10 +359,17 @@ impl<'d> ImageTracer<'d> {
         Ok(TracedTile { sums: device.read_finite(&sums)?, seen: device.read(&seen)?, weights: device.read(&weights)?, near })
     }
 
-    /// Light paths that one dispatch of `pixel_gather` can connect: a limit on its loops, which some
+    /// Lights per bin that one dispatch of `pixel_gather` can connect: a limit on its loops, which some
     /// drivers cut short.
+    fn room(&self) -> u32 {
+        (MOST_LIGHTS / self.tables.bins() as u32).max(1)
+    }
+
+    /// Light paths per bin whose first vertices have room together: going through a pixel's row costs
+    /// as much as connecting it.
     fn paths_per_round(&self) -> u32 {
-        (MOST_LIGHTS / self.tables.bins() as u32).clamp(1, self.options.light_paths)
+        let vertices = self.options.bounces.map_or(VERTICES_KEPT, |b| b.saturating_sub(1).clamp(1, VERTICES_KEPT));
+        (self.room() / vertices).clamp(1, self.options.light_paths)
     }
 
     fn rounds(&self) -> u32 {
@@ -374,10 +388,15 @@ impl<'d> ImageTracer<'d> {
         let (o, device) = (&self.options, self.device);
         let invocations = u64::from(params.pixels) * u64::from(params.batches);
         let seed = stream_seed(o.seed, round, 0x726f_756e);
-        let path_options = LightPathOptions { paths: self.paths_per_round(), batches: o.batches, bounces: o.bounces, seed };
+        let path_options =
+            LightPathOptions { paths: self.paths_per_round(), batches: o.batches, bounces: o.bounces, seed, room: self.room() };
         let paths = LightPaths::new(device, &self.tables, &self.scene, &self.light_paths, path_options, None)?;
         for vertex in 0..paths.most_vertices() {
             let go_on = paths.advance(vertex, statistics)?;
+            let last = !go_on || vertex + 1 == paths.most_vertices();
+            if !last && paths.has_room()? {
+                continue;
+            }
             let params_now = device.uniform("tile parameters", &TileParams { seed: stream_seed(seed, vertex, 0x6761_7468), ..*params })?;
             let own = [
                 ("params", &params_now),
@@ -390,7 +409,8 @@ impl<'d> ImageTracer<'d> {
             ];
             self.run(&self.gather, &own, [params.pixels.div_ceil(64), o.batches, 1], invocations, statistics)?;
             statistics.segments += invocations * u64::from(o.visibility_rays);
-            if !go_on {
+            paths.forget()?;
+            if last {
                 break;
             }
         }

@@ -1,7 +1,7 @@
 //! Light paths from the windows into the room, and paths from receivers for what they cannot give:
 //! the parts that the view matrices of sensors and of pictures have in common.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{BindGroup, Buffer, Device, Kernel};
 use crate::gpu_struct;
 use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, check_finished, stream_seed};
@@ -30,9 +30,9 @@ gpu_struct! {
     /// Parameters of `trace/light_compact`.
     pub(crate) struct CompactParams {
         pub bins: u32,
-        pub lights: u32,
+        pub paths: u32,
         pub batches: u32,
-        pub padding: u32,
+        pub room: u32,
     }
 }
 
@@ -54,7 +54,7 @@ gpu_struct! {
         pub position: [f32; 3],
         pub strength: f32,
         pub normal: [f32; 3],
-        pub padding1: u32,
+        pub goes_on: u32,
         pub flux: [f32; 3],
         pub padding2: u32,
     }
@@ -94,6 +94,9 @@ const MOST_VERTICES: u32 = 1 << 14;
 /// Bound on what one path of `view_near` may add to one cell, sr.
 const NEAR_BOUND: f64 = 64.0;
 
+/// Workgroups of `view_near` along x.
+const WORKGROUPS_PER_ROW: u32 = 16384;
+
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<crate::gpu::Registered> {
     use crate::gpu::Registered;
@@ -123,6 +126,8 @@ pub(crate) struct LightPathOptions {
     pub bounces: Option<u32>,
     /// Seed of the matrix.
     pub seed: u32,
+    /// Lights per bin and batch that are kept until [`LightPaths::forget`]; at least `paths`.
+    pub room: u32,
 }
 
 /// Light paths of all bins and batches, advanced by one diffuse vertex at a time.
@@ -137,7 +142,10 @@ pub(crate) struct LightPaths<'a> {
     paths: Buffer,
     compact: BindGroup,
     counters: Buffer,
-    /// `[batch][bin][path]`, those that give light first.
+    vertex_lights: Buffer,
+    /// Paths that go on, `[batch][bin]`.
+    going_on: Buffer,
+    /// `[batch][bin][light]`, with room for [`LightPathOptions::room`] lights.
     pub lights: Buffer,
     /// `[batch][bin]`
     pub light_counts: Buffer,
@@ -170,12 +178,21 @@ impl<'a> LightPaths<'a> {
     ) -> Result<Self> {
         let bins = tables.bins() as u32;
         let total = (options.batches * bins * options.paths) as usize;
-        let lights = device.zeros::<VirtualLight>("virtual lights", total)?;
+        let vertex_lights = device.zeros::<VirtualLight>("virtual lights of a vertex", total)?;
+        let lights = device.zeros::<VirtualLight>("virtual lights", (options.batches * bins * options.room) as usize)?;
         let light_counts = device.zeros::<u32>("lights per bin", (options.batches * bins) as usize)?;
+        let going_on = device.zeros::<u32>("paths that go on, per bin", (options.batches * bins) as usize)?;
         let counters = device.zeros::<Counters>("path counters", 1)?;
-        let params = device.uniform("compaction", &CompactParams { bins, lights: options.paths, batches: options.batches, padding: 0 })?;
-        let compact =
-            kernel.compact.bind(&[("params", &params), ("lights", &lights), ("light_counts", &light_counts), ("counters", &counters)])?;
+        let params =
+            device.uniform("compaction", &CompactParams { bins, paths: options.paths, batches: options.batches, room: options.room })?;
+        let compact = kernel.compact.bind(&[
+            ("params", &params),
+            ("vertex_lights", &vertex_lights),
+            ("lights", &lights),
+            ("light_counts", &light_counts),
+            ("going_on", &going_on),
+            ("counters", &counters),
+        ])?;
         Ok(Self {
             device,
             scene,
@@ -187,6 +204,8 @@ impl<'a> LightPaths<'a> {
             paths: device.zeros::<LightPath>("light paths", total)?,
             compact,
             counters,
+            vertex_lights,
+            going_on,
             lights,
             light_counts,
         })
@@ -197,8 +216,26 @@ impl<'a> LightPaths<'a> {
         self.options.bounces.map_or(MOST_VERTICES, |b| b.saturating_sub(1))
     }
 
-    /// Goes on to vertex number `vertex` (from 0) and leaves its virtual lights in `lights`. Returns
-    /// whether paths are left that go on.
+    /// Empties `lights`.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn forget(&self) -> Result<()> {
+        self.device.write(&self.light_counts, &vec![0u32; (self.options.batches * self.bins) as usize])
+    }
+
+    /// Whether the lights of another vertex have room beside those that are kept.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn has_room(&self) -> Result<bool> {
+        let kept = self.device.read::<u32>(&self.light_counts)?;
+        let more = self.device.read::<u32>(&self.going_on)?;
+        Ok(kept.iter().zip(&more).all(|(kept, more)| kept + more <= self.options.room))
+    }
+
+    /// Goes on to vertex number `vertex` (from 0) and adds its virtual lights to `lights`, which
+    /// must have room for them. Returns whether paths are left that go on.
     ///
     /// # Errors
     /// If the device fails or loses paths.
@@ -219,7 +256,7 @@ impl<'a> LightPaths<'a> {
         let bind = self.kernel.paths.bind(&self.scene.bindings(&[
             ("params", &params),
             ("paths", &self.paths),
-            ("lights", &self.lights),
+            ("lights", &self.vertex_lights),
             ("counters", &self.counters),
         ]))?;
         self.device.dispatch(&self.kernel.paths, &bind, [o.paths.div_ceil(64), self.bins, o.batches])?;
@@ -319,8 +356,11 @@ pub(crate) fn near_paths(
     let sums = device.zeros::<u32>(what, options.batches as usize * count * bins * 3)?;
     let counters = device.zeros::<Counters>("path counters", 1)?;
     let bind = kernel.bind(&scene.bindings(&[("params", &params), ("sensors", receivers), ("sums", &sums), ("counters", &counters)]))?;
-    device.dispatch(kernel, &bind, [options.samples.div_ceil(64), count as u32, options.batches])?;
-    let started = u64::from(options.samples) * count as u64 * u64::from(options.batches);
+    let paths = u64::from(options.samples) * count as u64;
+    let too_many = || Error::new(format!("{count} receivers with {} paths each are too many at once", options.samples));
+    let groups = u32::try_from(paths).map_err(|_| too_many())?.div_ceil(64);
+    device.dispatch(kernel, &bind, [groups.min(WORKGROUPS_PER_ROW), groups.div_ceil(WORKGROUPS_PER_ROW), options.batches])?;
+    let started = paths * u64::from(options.batches);
     finish_dispatch(device, &counters, started, what, statistics)?;
     let scale = NEAR_BOUND / f64::from(u32::MAX);
     Ok(device.read::<u32>(&sums)?.into_iter().map(|units| (f64::from(units) * scale) as f32).collect())
