@@ -498,3 +498,27 @@ fn radiance_evaluates_converted_trees_as_this_program_does() {
         assert!((ours - theirs).abs() < 2e-3 * ours + 1e-3, "{out} {incident}: {ours} {theirs}");
     }
 }
+
+#[test]
+fn a_folder_of_iea_21_measurements_is_converted() {
+    let folder = tempfile::tempdir().unwrap();
+    let measured = folder.path().join("measured");
+    fs::create_dir(&measured).unwrap();
+    let rows: String = (90..=180)
+        .step_by(5)
+        .flat_map(|theta| (0..if theta == 180 { 1 } else { 72 }).map(move |k| format!("{}\t{theta}\t0.1\n", 5 * k)))
+        .collect();
+    for theta in (0..90).step_by(12) {
+        let header = format!("#material: film\n#Isym = 1\n#phi_1: 0°\n#theta_1: {theta}°\n");
+        fs::write(measured.join(format!("film_{theta}.txt")), header + &rows + "END\n").unwrap();
+    }
+    fs::write(measured.join("notes.txt"), "not a measurement\n").unwrap();
+    let output = lucarne(folder.path(), &["bsdf", "convert", "measured", "--to", "klems:full", "-o", "film.xml"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let film = read(&folder.path().join("film.xml"));
+    let t = matrix(&film, Component::TransmissionFront);
+    assert!(film.name == "film" && t.values().iter().all(|v| (v - 0.1).abs() < 1e-8));
+    fs::remove_file(measured.join("film_24.txt")).unwrap();
+    let output = lucarne(folder.path(), &["bsdf", "convert", "measured", "--to", "klems:full", "-o", "film.xml"]);
+    assert!(text(&output.stderr).contains("12 of 145 incident directions are missing"), "{}", text(&output.stderr));
+}

@@ -233,11 +233,23 @@ fn direction(phi: f64, theta: f64) -> DVec3 {
     DVec3::new(sin * x, sin * y, cos)
 }
 
+/// Azimuth and polar angle, degrees, at which the format has a bin: the middle of its ring, 0° for the
+/// first one, 90° for an outgoing last one.
+fn nominal(basis: &AngleBasis, bin: usize) -> [f64; 2] {
+    let (ring, position) = basis.ring_of(bin);
+    let middle = (ring.theta_min + ring.theta_max) / 2.0;
+    let theta = match () {
+        () if ring.theta_min == 0.0 => 0.0,
+        () if ring.theta_max == 90.0 && ring.theta_min > 87.0 => 90.0,
+        () => middle,
+    };
+    [360.0 * position as f64 / ring.bins as f64, theta]
+}
+
 /// The angles of a zone as the files have them.
 fn zone_words(incident: &AngleBasis, zone: usize) -> String {
-    let c = incident.centre(zone);
-    let phi = ((-c.y).atan2(-c.x).to_degrees().rem_euclid(360.0) * 10.0).round() / 10.0;
-    format!("phi_1 = {phi}°, theta_1 = {:.0}°", c.z.acos().to_degrees())
+    let [phi, theta] = nominal(incident, zone);
+    format!("phi_1 = {}°, theta_1 = {theta}°", (phi + 180.0) % 360.0)
 }
 
 type Image = Box<dyn Fn(DVec3) -> DVec3>;
@@ -284,13 +296,12 @@ mod tests {
         let (incident, outgoing) = (incident_basis(), outgoing_basis());
         let mut text = String::new();
         for zone in (0..145).filter(|z| keep(incident.centre(*z))) {
-            let travel = incident.centre(zone);
-            let (phi, theta) = ((-travel.y).atan2(-travel.x).to_degrees().rem_euclid(360.0), travel.z.acos().to_degrees());
-            text += &format!("#material: sample\n#Isym = {symmetry}\n#phi_1: {phi}°\n#theta_1: {theta:.4}°\n");
+            let [phi, theta] = nominal(&incident, zone);
+            let travel = direction(phi, theta);
+            text += &format!("#material: sample\n#Isym = {symmetry}\n#phi_1: {}°\n#theta_1: {theta}°\n", (phi + 180.0) % 360.0);
             for bin in 0..outgoing.len() {
-                let d = outgoing.centre(bin);
-                let (phi, theta) = (d.y.atan2(d.x).to_degrees().rem_euclid(360.0).round(), (180.0 - d.z.acos().to_degrees()).round());
-                text += &format!("{phi}\t{theta}\t{:.9}\n", sample(symmetry, d, travel));
+                let [phi, theta] = nominal(&outgoing, bin);
+                text += &format!("{phi}\t{}\t{:.9}\n", 180.0 - theta, sample(symmetry, direction(phi, theta), travel));
             }
             text += "END\n";
         }
@@ -309,10 +320,12 @@ mod tests {
         assert_eq!((incident.len(), outgoing.len()), (145, 1297));
         let total: f64 = (0..1297).map(|b| outgoing.projected_solid_angle(b)).sum();
         assert!((total - std::f64::consts::PI).abs() < 1e-12);
-        // Centres of zones: 84° … 12° in steps of 12°, 5° steps outside.
-        let c = incident.centre(1);
-        assert!((c.z.acos().to_degrees() - 12.0).abs() < 1e-9 && c.y.abs() < 1e-12);
-        assert!((outgoing.centre(1).z.acos().to_degrees() - 5.0).abs() < 1e-9);
+        let angles = |basis: &AngleBasis, bins: [usize; 4]| bins.map(|b| nominal(basis, b));
+        assert_eq!(angles(&incident, [0, 1, 2, 144]), [[0.0, 0.0], [0.0, 12.0], [60.0, 12.0], [348.0, 84.0]]);
+        assert_eq!(angles(&outgoing, [0, 1, 73, 1296]), [[0.0, 0.0], [0.0, 5.0], [0.0, 10.0], [355.0, 90.0]]);
+        for basis in [&incident, &outgoing] {
+            assert!((0..basis.len()).all(|b| basis.bin_of(direction(nominal(basis, b)[0], nominal(basis, b)[1].min(89.9))) == b));
+        }
     }
 
     #[test]
@@ -325,7 +338,8 @@ mod tests {
             let m = bsdf.visible.transmission_front.as_ref().unwrap().as_klems().unwrap();
             for i in 0..145 {
                 for o in (0..1297).step_by(7) {
-                    let wanted = sample(symmetry, outgoing.centre(o), incident.centre(i));
+                    let [out, travel] = [nominal(&outgoing, o), nominal(&incident, i)].map(|[phi, theta]| direction(phi, theta));
+                    let wanted = sample(symmetry, out, travel);
                     assert!((m.at(o, i) - wanted).abs() < 1e-6, "Isym {symmetry}: {o} {i}: {} {wanted}", m.at(o, i));
                 }
             }
@@ -361,7 +375,7 @@ mod tests {
         assert!(fault(&text).contains("144 of 145"));
         assert!(fault(&text.repeat(2)).contains("measured twice"));
         assert!(fault(&text.replacen("0\t175\t", "0\t175\tx", 1)).contains("sample.txt"));
-        assert!(fault(&text.replacen("#theta_1: 0.0000°", "#theta_1: 95°", 1)).contains("theta_1"));
+        assert!(fault(&text.replacen("#theta_1: 0°", "#theta_1: 95°", 1)).contains("theta_1"));
         assert!(fault(&text.replacen("Isym = 0", "Isym = 9", 1)).contains("symmetry"));
         assert!(fault("0 180 0.1\n").contains("before #phi_1"));
         let cut = &text[..text.len() / 2];

@@ -9,11 +9,17 @@ use std::process::ExitCode;
 
 /// Combines glass and BSDF layers into a window system (what WINDOW does), Visible and Solar.
 ///
-/// Layers are named from the OUTSIDE to the INSIDE: XML files, `glass:NAME`, `glass:tvis=…,…`,
-/// and gaps (`gap=16mm`), which only add to the thickness. `flip:LAYER` turns a layer around.
-/// Front means WINDOW's front in all of them: the outside. (Radiance calls the room side front.)
+/// Layers are named from the OUTSIDE to the INSIDE: XML files; glass by name (`glass:clear_3mm`,
+/// `glass:clear_6mm`), from spectral data (`glass:FILE`: text of Optics, JSON of the IGSDB) or from values
+/// at normal incidence (`glass:tvis=…,rvis=…,tsol=…,rsol=…`, `coated` for low-e); and gaps (`gap=16mm`),
+/// which only add to the thickness. `flip:LAYER` turns a layer around. A window's tilt changes its heat
+/// transfer, not these values.
+///
+/// Calculated wavelength by wavelength: Visible with D65 and the eye (ASTM E308), Solar with ASTM E891
+/// (NFRC 300). Front means WINDOW's front in all of them: the outside. (Radiance calls the room side front.)
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  lucarne bsdf layer outside.xml gap=16mm glass:clear_6mm -o system.xml\n  \
+    lucarne bsdf layer glass:clear_float.dat gap=16mm flip:glass:low_e.dat gap=50mm blind.xml -o system.xml\n  \
     lucarne bsdf layer glass:tvis=.78,rvis=.12,tsol=.42,rsol=.35,coated gap=16mm glass:clear_6mm gap=50mm flip:blind.xml -o system.xml")]
 pub struct Args {
     /// Layers and gaps from outside to inside.
