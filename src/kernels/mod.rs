@@ -6,6 +6,7 @@ pub mod daylight_matrix;
 pub mod image_matrix;
 pub mod light_paths;
 pub mod product;
+pub mod sun_matrix;
 pub mod trace;
 pub mod view_matrix;
 
@@ -19,6 +20,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(bsdf_generation::registered());
     all.extend(bsdf_scattering::registered());
     all.extend(product::registered());
+    all.extend(sun_matrix::registered());
     all.extend(trace::probes::registered());
     all
 }
