@@ -27,6 +27,8 @@ sources![
     "diagnostic/probe_random",
     "diagnostic/probe_rays",
     "diagnostic/probe_windows",
+    "glare/add",
+    "glare/compact",
     "product/gemm_subgroup",
     "product/gemm_tiled",
     "product/pack",

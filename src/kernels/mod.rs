@@ -3,6 +3,7 @@
 pub mod bsdf_generation;
 pub mod bsdf_scattering;
 pub mod daylight_matrix;
+pub mod glare;
 pub mod image_matrix;
 pub mod light_paths;
 pub mod product;
@@ -18,6 +19,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
     all.extend(bsdf_generation::registered());
+    all.extend(glare::registered());
     all.extend(bsdf_scattering::registered());
     all.extend(product::registered());
     all.extend(sun_matrix::registered());

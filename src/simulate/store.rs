@@ -34,6 +34,11 @@ impl Store {
         Ok(Self { folder: folder.to_path_buf() })
     }
 
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Path of a matrix.
     pub fn matrix_path(&self, name: &str) -> PathBuf {
         self.folder.join("matrices").join(format!("{name}.mtx"))
@@ -50,6 +55,16 @@ impl Store {
     /// If it cannot be made.
     pub fn image_folder(&self, view: &str) -> Result<PathBuf> {
         let path = self.folder.join("images").join(view);
+        std::fs::create_dir_all(&path).map_err(|e| Error::io(&path, &e))?;
+        Ok(path)
+    }
+
+    /// Folder for the glare of a state of the façade (empty: of all), made if need be.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn glare_folder(&self, state: &str) -> Result<PathBuf> {
+        let path = if state.is_empty() { self.folder.join("glare") } else { self.folder.join("glare").join(state) };
         std::fs::create_dir_all(&path).map_err(|e| Error::io(&path, &e))?;
         Ok(path)
     }

@@ -1,16 +1,20 @@
 //! What a run did, for people and for programs: `summary.json`.
 
+use super::glare::GlareSummary;
 use super::results::EstimatedError;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Contents of `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
     /// `lucarne` and its version.
     pub program: String,
+    /// Project file, relative to the folder of results where that is possible: whoever opens the
+    /// results finds room and weather by it.
+    pub project: PathBuf,
     /// Where the kernels ran.
     pub device: DeviceSummary,
     /// Preset of `[quality]`.
@@ -29,6 +33,8 @@ pub struct Summary {
     pub sensors: Vec<SensorSummary>,
     /// Pictures per view.
     pub views: Vec<ViewSummary>,
+    /// Annual glare, if the project asks for it.
+    pub glare: Option<GlareSummary>,
     /// The matrices.
     pub matrices: Vec<MatrixSummary>,
     /// What multiplied the matrices.
@@ -120,6 +126,8 @@ pub struct Seconds {
     pub error_estimate: f64,
     /// Writing results.
     pub write: f64,
+    /// Annual glare, its own matrices included.
+    pub glare: f64,
     /// All of it.
     pub total: f64,
 }
