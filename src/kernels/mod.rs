@@ -23,6 +23,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(glare::registered());
     all.extend(bsdf_scattering::registered());
     all.extend(product::registered());
+    all.extend(sun_matrix::registered());
     all.extend(trace::probes::registered());
     all
 }

@@ -7,9 +7,11 @@
 //! |---|---|---|
 //! | straight through openings, panes and between slats | low-discrepancy points of the disc, a ray each | [`geometry`] |
 //! | suns in pictures: lit surfaces, lit slats, the disc itself | the same for the surface behind each pixel; rays to points of the disc | [`pixels`] |
+//! | scattered once by a BSDF pane | quadrature over the window | [`pane`] |
 //! | scattered by slats and other surfaces | paths from the receiver, whose vertices serve *all* suns | [`geometry`] |
 
 pub mod geometry;
+pub mod pane;
 pub mod pixels;
 #[cfg(test)]
 pub(crate) mod reference;
@@ -60,5 +62,6 @@ impl Sun {
 pub fn registered() -> Vec<crate::gpu::Registered> {
     let mut all = geometry::registered();
     all.extend(pixels::registered());
+    all.extend(pane::registered());
     all
 }
