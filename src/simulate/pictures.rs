@@ -58,7 +58,7 @@ enum Source {
     Rows(MatrixRows),
     Pictures(PictureSet),
     /// V and its straight part Vd: rows V − Vd, then Vd.
-    Split(MatrixRows, MatrixRows),
+    Split(Box<[MatrixRows; 2]>),
 }
 
 impl PictureView {
@@ -121,7 +121,7 @@ impl PictureView {
         let (Source::Rows(total), Some(direct)) = (source, rows) else {
             return Err(Error::new("the straight part of a view matrix has not the shape of the whole").file(direct));
         };
-        Ok(Self { name, source: Source::Split(total, direct), next_row: 0, width, height, bins: 2 * bins, view })
+        Ok(Self { name, source: Source::Split(Box::new([total, direct])), next_row: 0, width, height, bins: 2 * bins, view })
     }
 
     /// Number of pixels.
@@ -142,10 +142,9 @@ impl PictureView {
                 Reader::Rows(rows)
             }
             Source::Pictures(set) => Reader::Pictures(set.rows()),
-            Source::Split(total, direct) => {
-                total.rewind()?;
-                direct.rewind()?;
-                Reader::Split(total, direct)
+            Source::Split(both) => {
+                both.iter_mut().try_for_each(MatrixRows::rewind)?;
+                Reader::Split(both)
             }
         })
     }
@@ -201,7 +200,7 @@ enum Reader<'a> {
     Matrix(&'a Matrix<f32>, usize),
     Rows(&'a mut MatrixRows),
     Pictures(SetRows<'a>),
-    Split(&'a mut MatrixRows, &'a mut MatrixRows),
+    Split(&'a mut [MatrixRows; 2]),
 }
 
 impl Reader<'_> {
@@ -221,7 +220,7 @@ impl Reader<'_> {
             Reader::Pictures(rows) => {
                 rows.read(lines, &mut values)?;
             }
-            Reader::Split(total, direct) => {
+            Reader::Split([total, direct]) => {
                 let (mut all, mut straight) = (Vec::new(), Vec::new());
                 total.read(lines * width, &mut all)?;
                 direct.read(lines * width, &mut straight)?;
