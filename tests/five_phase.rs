@@ -344,3 +344,30 @@ fn pictures_with_suns_light_the_eye_as_the_sensor_in_its_place_is_lit() {
     assert_eq!(again.rays, 0);
     assert_eq!(std::fs::read(out.join("images/seat/img_0012.hdr")).unwrap(), before);
 }
+
+/// Klems data in place of the slats, suns at the sky's own patches: what goes out with Vd·T·Dd·Sds comes
+/// back with Cds·Ssun, but for the place of each sun within its patch.
+#[test]
+fn with_the_same_data_for_sun_and_sky_five_phases_are_about_three() {
+    if device("five phases through scattering data").is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let tree = format!("tensor_tree = \"{SCENES}/blinds/blind.xml\"");
+    // Suns of a whole summer and winter, so that the places within patches even out.
+    let weather: String = (1..=12)
+        .flat_map(|month| (1..=28).step_by(3).map(move |day| (month, day)))
+        .flat_map(|(month, day)| (7..17).map(move |h| format!("{month} {day} {h}.5 600 80\n")))
+        .collect();
+    let (summary, out) = blinds(folder.path(), &weather, &tree, "phases = 5\nsuns = \"hourly\"").unwrap();
+    assert_eq!(summary.phases, 5);
+    let [direct, sun] = ["direct", "sun"].map(|term| values(&out, &format!("terms/room_{term}.mtx")));
+    let sum = |v: &[f32]| v.iter().map(|x| f64::from(*x)).sum::<f64>();
+    println!("{} suns: {:.3} of the direct part comes back", summary.suns.unwrap().needed, sum(&sun) / sum(&direct));
+    assert!((sum(&sun) / sum(&direct) - 1.0).abs() < 0.05);
+    assert!(values(&out, "room.mtx").iter().all(|v| *v >= 0.0));
+    // Either of the two, not both.
+    let both = format!("{tree}\n{}", shade());
+    let error = blinds(folder.path(), &day(0.0), &both, "phases = 5").unwrap_err().to_string();
+    assert!(error.contains("either through a 'shade' or through a 'tensor_tree'"), "{error}");
+}

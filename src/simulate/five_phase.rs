@@ -8,9 +8,9 @@
 //! Windows without shade stay as in three phases.
 
 use super::fingerprint::Fingerprint;
-use super::inputs::Inputs;
+use super::inputs::{Inputs, ProjectWindow};
 use super::multiply;
-use super::presets::sun_options;
+use super::presets::{pane_options, sun_options};
 use super::project::Project;
 use super::results::{self, Addition};
 use super::run::split;
@@ -21,6 +21,7 @@ use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::product::Multiplier;
 use crate::kernels::sun_matrix::geometry::{Openings, SunMatrix, compute};
+use crate::kernels::sun_matrix::pane::{self, PaneBsdf};
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
 use crate::matrix::file::{Format, write_matrix};
@@ -56,6 +57,8 @@ pub struct FivePhase<'a> {
     skies: Option<(Matrix<f32>, Matrix<f32>)>,
     /// T·Dd of windows with a shade, zeros for all others; rows as V's columns.
     transmitted_direct: Matrix<f64>,
+    /// The same, of windows with a shade only: pictures show suns through shades.
+    transmitted_shaded: Matrix<f64>,
     /// Illuminance of Vd·T·Dd·Sds and Cds·Ssun once they are known, `[sensor][hour]`, lx.
     direct_and_sun: std::sync::OnceLock<(Matrix<f32>, Matrix<f32>)>,
 }
@@ -63,6 +66,11 @@ pub struct FivePhase<'a> {
 /// Windows whose sun is traced, with the corners of their shades.
 pub fn shaded_windows(inputs: &Inputs) -> Vec<(Window, Vec<DVec3>)> {
     inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.shade.as_ref()?.corners()))).collect()
+}
+
+/// Windows through which suns are traced, by their shade or their scattering data.
+pub fn sunny_windows(inputs: &Inputs) -> impl Iterator<Item = &Window> {
+    inputs.windows.iter().filter(|w| w.shade.is_some() || w.pane.is_some()).map(|w| &w.window)
 }
 
 /// The shades of all windows.
@@ -84,7 +92,8 @@ impl<'a> Phase<'a> {
     ) -> Result<(FivePhase<'a>, Option<TraceStatistics>)> {
         let (project, inputs) = (self.project, self.inputs);
         let shaded = shaded_windows(inputs);
-        let windows: Vec<Window> = shaded.iter().map(|(w, _)| w.clone()).collect();
+        let panes: Vec<(Window, PaneBsdf)> = inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.pane.clone()?))).collect();
+        let windows: Vec<Window> = sunny_windows(inputs).cloned().collect();
         let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
         shade::warn_of_mirrors(shades(inputs), warnings);
         let sensors: Vec<Sensor> = inputs.sensors.iter().flat_map(|g| &g.sensors).copied().collect();
@@ -92,6 +101,10 @@ impl<'a> Phase<'a> {
         fingerprint.add(&sensors).add(&options).add(&suns.suns);
         for (window, corners) in &shaded {
             fingerprint.add(&(&window.triangles, &window.frame)).add(corners);
+        }
+        for (section, (window, _)) in project.windows.iter().filter(|w| w.tensor_tree.is_some()).zip(&panes) {
+            let file = section.tensor_tree.as_deref().map(crate::files::read).transpose()?;
+            fingerprint.add(&(&window.triangles, &window.frame)).add(&file).add(&pane_options(project));
         }
         for shade in shades(inputs) {
             fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
@@ -102,7 +115,15 @@ impl<'a> Phase<'a> {
             Some(matrix) => matrix,
             None => {
                 let scene = black_model(&inputs.scene, shades(inputs));
-                let matrix = compute(self.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, self.progress)?;
+                let mut matrix = if shaded.is_empty() {
+                    SunMatrix::zeros(sensors.len(), suns.suns.len())
+                } else {
+                    compute(self.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, self.progress)?
+                };
+                if !panes.is_empty() && !suns.suns.is_empty() && !sensors.is_empty() {
+                    let through = pane::compute(self.device, &scene, &panes, &sensors, &suns.suns, &pane_options(project), self.progress)?;
+                    matrix.add(&through.total, &through.standard_error, through.statistics);
+                }
                 self.keep(&matrix, fingerprint)?;
                 self.write_suns(&suns)?;
                 matrix
@@ -110,19 +131,30 @@ impl<'a> Phase<'a> {
         };
         let statistics = traced.then_some(matrix.statistics);
         let skies = (suns.census.hours > 0 || suns.census.hours_below_horizon > 0).then(|| self.skies()).transpose()?;
-        let transmitted_direct = {
+        let transmitted = |counts: &dyn Fn(&ProjectWindow) -> bool| {
             let columns = project.method.sky.len();
             let mut data = Vec::new();
             for (window, d) in inputs.windows.iter().zip(daylight_direct) {
-                match &window.shade {
-                    Some(_) => data.extend(results::multiply(&window.transmission, d).into_data()),
-                    None => data.resize(data.len() + window.window.basis.len() * columns * 3, 0.0),
+                if counts(window) {
+                    data.extend(results::multiply(&window.transmission, d).into_data());
+                } else {
+                    data.resize(data.len() + window.window.basis.len() * columns * 3, 0.0);
                 }
             }
-            Matrix::from_data(inputs.bins(), columns, 3, data)?
+            Matrix::from_data(inputs.bins(), columns, 3, data)
         };
-        let five =
-            FivePhase { inputs, store: self.store, suns, matrix, skies, transmitted_direct, direct_and_sun: std::sync::OnceLock::new() };
+        let transmitted_direct = transmitted(&|w| w.shade.is_some() || w.pane.is_some())?;
+        let transmitted_shaded = transmitted(&|w| w.shade.is_some())?;
+        let five = FivePhase {
+            inputs,
+            store: self.store,
+            suns,
+            matrix,
+            skies,
+            transmitted_direct,
+            transmitted_shaded,
+            direct_and_sun: std::sync::OnceLock::new(),
+        };
         Ok((five, statistics))
     }
 
@@ -195,7 +227,7 @@ impl FivePhase<'_> {
     pub fn direct_light_at_windows(&self, multiplier: &dyn Multiplier, hours: &[usize]) -> Result<Option<Matrix<f32>>> {
         let Some((_, sun_only)) = &self.skies else { return Ok(None) };
         let factors = vec![
-            multiply::Factor { name: "T·Dd".into(), matrix: self.transmitted_direct.map(|v| v as f32) },
+            multiply::Factor { name: "T·Dd".into(), matrix: self.transmitted_shaded.map(|v| v as f32) },
             multiply::Factor { name: "Sds".into(), matrix: multiply::select_columns(sun_only, hours) },
         ];
         multiply::product(multiplier, factors, None).map(Some)

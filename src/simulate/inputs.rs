@@ -4,6 +4,7 @@ use super::project::{Project, SensorsSection, WindowSection};
 use super::shade::Shade;
 use crate::bsdf;
 use crate::error::{Error, Result, Warnings};
+use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
 use crate::scene::{self, Scene, Window};
@@ -36,6 +37,8 @@ pub struct ProjectWindow {
     pub transmission: Matrix<f64>,
     /// What the sun is traced through, if by anything but the transmission.
     pub shade: Option<Shade>,
+    /// Scattering data that the sun is traced through in place of a shade.
+    pub pane: Option<PaneBsdf>,
     /// T of all states of the façade, with their names; empty if the window has one state.
     pub states: Vec<(String, Matrix<f64>)>,
 }
@@ -94,6 +97,7 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
     }
     let bsdf = bsdf::read(&section.bsdf, warnings)?;
     let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
+    let pane = section.tensor_tree.as_ref().map(|file| read_pane(file, warnings)).transpose()?;
     let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
     let single = surfaces.len() == 1;
     if let (Some(_), [first, second, ..]) = (&section.shade, &surfaces[..]) {
@@ -129,7 +133,7 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
         }
         let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
         let shade = Shade::read(project, section, &window, warnings)?;
-        windows.push(ProjectWindow { name, window, transmission: transmission.clone(), states: states.clone(), shade });
+        windows.push(ProjectWindow { name, window, transmission: transmission.clone(), states: states.clone(), shade, pane: pane.clone() });
     }
     Ok(windows)
 }
@@ -139,6 +143,12 @@ fn read_state(path: &Path, warnings: &mut Warnings) -> Result<(String, Matrix<f6
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let bsdf = bsdf::read(path, warnings)?;
     Ok((name, in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(path))?)))
+}
+
+/// Scattering data as the sun meets them: with their through-peak, if they have one, as a clear view.
+fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<PaneBsdf> {
+    let scattering = bsdf::evaluate::Scattering::new(&bsdf::read(file, warnings)?).map_err(|e| e.file(file))?;
+    Ok(if scattering.has_peak() { PaneBsdf::PeakBsdf(scattering) } else { PaneBsdf::Bsdf(scattering) })
 }
 
 /// A grey matrix as RGB.

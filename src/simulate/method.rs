@@ -65,11 +65,14 @@ impl MethodSection {
             method.sky = ReinhartSky::new(n as usize)?;
         }
         method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
-        let shaded = windows.iter().find(|w| w.shade.is_some());
+        let shaded = windows.iter().find(|w| w.lets_suns_through());
         match (method.phases, shaded) {
             (Phases::Two | Phases::Three, Some(window)) => {
                 return Err(table
-                    .error("phases", format!("the window '{}' has a shade, which only five phases trace the sun through", window.name))
+                    .error(
+                        "phases",
+                        format!("the window '{}' has a shade or tensor tree, which only five phases trace the sun through", window.name),
+                    )
                     .help("write phases = 5 or \"auto\", or take the shade out"));
             }
             (Phases::Two | Phases::Three, None) if suns.is_some() => {
@@ -78,7 +81,7 @@ impl MethodSection {
             (Phases::Five, None) => {
                 return Err(table
                     .error("phases", "five phases need a window that the sun is traced through")
-                    .help("add shade = \"….rad\" (slats, panes) to a [[window]], or write phases = 3"));
+                    .help("add shade = \"….rad\" (slats, panes) or tensor_tree = \"….xml\" to a [[window]], or write phases = 3"));
             }
             _ => {}
         }
@@ -88,13 +91,15 @@ impl MethodSection {
 
     /// The method for these windows.
     pub fn choice(&self, windows: &[WindowSection]) -> Choice {
-        let shaded = windows.iter().any(|w| w.shade.is_some());
+        let shaded = windows.iter().any(WindowSection::lets_suns_through);
         match self.phases {
             Phases::Two => Choice { phases: 2, why: "as asked: daylight coefficients V·T·D are kept" },
             Phases::Three => Choice { phases: 3, why: "as asked" },
             Phases::Five => Choice { phases: 5, why: "as asked" },
-            Phases::Auto if shaded => Choice { phases: 5, why: "a window has a shade, whose sun patches the sky's patches would blur" },
-            Phases::Auto => Choice { phases: 3, why: "no window has a shade: suns would need one to be traced through" },
+            Phases::Auto if shaded => {
+                Choice { phases: 5, why: "a window has a shade or tensor tree, whose patches of sun the sky's patches would blur" }
+            }
+            Phases::Auto => Choice { phases: 3, why: "no window has a shade or tensor tree that suns could be traced through" },
         }
     }
 }

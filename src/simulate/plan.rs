@@ -1,7 +1,7 @@
 //! What a run will model, what it leaves out because the scene does not need it, and what it costs:
 //! `lucarne plan`. Nothing is traced and no device is needed.
 
-use super::five_phase::{shaded_windows, shades};
+use super::five_phase::{shades, sunny_windows};
 use super::inputs::Inputs;
 use super::presets::{daylight_options, image_options, rounds, sun_options, view_options};
 use super::project::Project;
@@ -84,8 +84,8 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
     let windows: Vec<Window> = inputs.windows.iter().map(|w| w.window.clone()).collect();
     let suns = (choice.phases == 5)
         .then(|| {
-            let shaded: Vec<Window> = shaded_windows(inputs).into_iter().map(|(w, _)| w).collect();
-            SunSet::new(&inputs.weather, project.method.suns, &shaded)
+            let sunny: Vec<Window> = sunny_windows(inputs).cloned().collect();
+            SunSet::new(&inputs.weather, project.method.suns, &sunny)
         })
         .transpose()?
         .map(|s| s.census);
@@ -109,9 +109,10 @@ fn model(inputs: &Inputs) -> Vec<String> {
     let scene = &inputs.scene;
     let mut lines = vec![format!("scene: {} triangles, {} materials", scene.triangles.len(), scene.materials.len())];
     for window in &inputs.windows {
-        let shade = match &window.shade {
-            Some(shade) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
-            None => "the sun in patches of the sky, by its BSDF".to_string(),
+        let shade = match (&window.shade, &window.pane) {
+            (Some(shade), _) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
+            (None, Some(_)) => "the sun through its scattering data".to_string(),
+            (None, None) => "the sun in patches of the sky, by its BSDF".to_string(),
         };
         lines.push(format!("window {}: {:.2} m², {} bins, {shade}", window.name, window.window.area(), window.window.basis.len()));
     }

@@ -4,6 +4,7 @@ use super::project::{Preset, Project};
 use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::sun_matrix::geometry::SunOptions;
+use crate::kernels::sun_matrix::pane::PaneOptions;
 use crate::kernels::view_matrix::ViewOptions;
 
 /// How often a matrix is traced anew, with other random numbers, and averaged. Errors fall with
@@ -65,6 +66,17 @@ pub fn image_options(project: &Project) -> ImageOptions {
     };
     let straight = project.method.choice(&project.windows).phases == 5;
     ImageOptions { bounces: project.method.bounces, light_paths, batches, seed: seed(project, 0, 0), straight, ..standard }
+}
+
+/// Sampling of suns through panes of scattering data.
+pub fn pane_options(project: &Project) -> PaneOptions {
+    let standard = PaneOptions::default();
+    let cells = match project.quality.preset {
+        Preset::Draft => standard.cells / 4,
+        Preset::Standard => standard.cells,
+        Preset::Final => standard.cells * 4,
+    };
+    PaneOptions { cells, seed: seed(project, 0, 0), ..standard }
 }
 
 /// Sampling of suns in pictures: every pixel has a surface point per batch.

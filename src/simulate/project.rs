@@ -10,6 +10,7 @@
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
 //! bsdf = "bsdf/clear.xml"
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
+//! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
 //! [[sensors]]                         # any number
 //! name = "workplane"
 //! points = "points.txt"
@@ -96,6 +97,8 @@ pub struct WindowSection {
     pub bsdf: PathBuf,
     /// Slats and panes that the sun is traced through, Radiance file.
     pub shade: Option<PathBuf>,
+    /// Scattering data that the sun is traced through in place of a shade, XML of any kind.
+    pub tensor_tree: Option<PathBuf>,
     /// Further states of the façade: glare is computed for each, with the same view and daylight
     /// matrices. All states, the first included; empty for one state.
     pub states: Vec<PathBuf>,
@@ -238,6 +241,11 @@ impl SceneSection {
 }
 
 impl WindowSection {
+    /// Whether suns are traced through it, by the five-phase method.
+    pub fn lets_suns_through(&self) -> bool {
+        self.shade.is_some() || self.tensor_tree.is_some()
+    }
+
     fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let name = name(&mut table, "add name = \"south\" or the like")?;
         let surface =
@@ -252,8 +260,12 @@ impl WindowSection {
             None => table.required_path("bsdf", "add bsdf = \"….xml\": the window's Klems BSDF")?,
         };
         let shade = table.path("shade")?;
+        let tensor_tree = table.path("tensor_tree")?;
+        if shade.is_some() && tensor_tree.is_some() {
+            return Err(table.error("tensor_tree", "the sun is traced either through a 'shade' or through a 'tensor_tree'"));
+        }
         table.finish()?;
-        Ok(Self { name, surface, bsdf, shade, states })
+        Ok(Self { name, surface, bsdf, shade, tensor_tree, states })
     }
 }
 

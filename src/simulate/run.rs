@@ -211,6 +211,12 @@ impl<'a> Run<'a> {
         if self.choice.phases != 5 {
             return Ok(None);
         }
+        if !self.project.views.is_empty() && self.inputs.windows.iter().any(|w| w.pane.is_some()) {
+            warnings.push(
+                Error::new("pictures show the sun through a tensor tree in patches of the sky, as three phases do")
+                    .help("sensors get the traced suns; give a shade in place of the tensor tree for pictures with them"),
+            );
+        }
         if self.project.glare.is_some() {
             warnings.push(
                 Error::new("glare of this project is three-phase: the sun shines from patches of the sky, not through the shade")
@@ -435,7 +441,8 @@ impl<'a> Run<'a> {
             self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds });
             self.count(statistics, clock);
             let hours = self.project.images.hours.chosen(sky)?;
-            let suns = five.filter(|_| !hours.is_empty()).map(|five| self.sun_pictures(five.suns(), view, &hours)).transpose()?;
+            let shaded = self.inputs.windows.iter().any(|w| w.shade.is_some());
+            let suns = five.filter(|_| shaded && !hours.is_empty()).map(|five| self.sun_pictures(five.suns(), view, &hours)).transpose()?;
             let pictures = job.pictures(multiplier, transmitted, sky, &hours, five.zip(suns.as_ref()), warnings)?;
             summaries.push(ViewSummary { name: view.name.clone(), pixels: rows, pictures });
         }

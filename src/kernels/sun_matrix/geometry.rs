@@ -203,6 +203,25 @@ pub struct SunMatrix {
 }
 
 impl SunMatrix {
+    /// No light at all.
+    pub fn zeros(receivers: usize, suns: usize) -> Self {
+        let shape = || Matrix::zeros(receivers, suns, 3);
+        let statistics = TraceStatistics::default();
+        Self { direct: shape(), total: shape(), direct_error: shape(), scattered_error: shape(), statistics }
+    }
+
+    /// Adds independent light of the same receivers and suns, scattered: one error for all suns.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub fn add(&mut self, total: &Matrix<f32>, error: &Matrix<f32>, statistics: TraceStatistics) {
+        assert_eq!((self.total.rows(), self.total.cols()), (total.rows(), total.cols()), "the same receivers and suns");
+        self.total.data_mut().iter_mut().zip(total.data()).for_each(|(sum, v)| *sum += v);
+        self.scattered_error.data_mut().iter_mut().zip(error.data()).for_each(|(sum, e)| *sum = sum.hypot(*e));
+        self.statistics.paths += statistics.paths;
+        self.statistics.segments += statistics.segments;
+    }
+
     /// Standard error of `total`.
     pub fn standard_error(&self) -> Matrix<f32> {
         let data = self.direct_error.data().iter().zip(self.scattered_error.data()).map(|(a, b)| a.hypot(*b)).collect();
