@@ -311,6 +311,30 @@ fn a_device_in_gltf_is_the_same_as_in_radiances_text() {
 }
 
 #[test]
+fn slats_may_be_darker_for_the_sun() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |more: &str| {
+        let slats = format!("width=25mm,spacing=20mm,angle=20,reflectance=0.7{more}");
+        lucarne(folder.path(), &["bsdf", "generate", "--venetian", &slats, "--basis", "quarter", "-c", "512", "-o", "blind.xml"])
+    };
+    assert!(run("").status.success());
+    let visible = read(&folder.path().join("blind.xml"));
+    assert!(visible.solar.is_empty());
+    let output = run(",solar_reflectance=0.4");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let both = read(&folder.path().join("blind.xml"));
+    assert!(both.visible == visible.visible);
+    for component in Component::ALL {
+        let [v, s] = [&both.visible, &both.solar].map(|b| b.get(component).unwrap().hemispherical());
+        assert!(s < v && s > 0.3 * v, "{component:?}: {v} {s}");
+    }
+    assert!(!text(&run(",solar_reflectance=1.4").stderr).is_empty());
+}
+
+#[test]
 #[cfg(unix)]
 fn an_interrupted_generation_goes_on_to_the_same_bits() {
     if !has_device() {

@@ -40,7 +40,8 @@ pub struct Args {
     files: Vec<PathBuf>,
 
     /// Horizontal slats instead: width, spacing, angle (degrees; positive: ground seen from the room),
-    /// reflectance; also rise or curvature (radius), thickness, transmittance, specularity, roughness
+    /// reflectance; also rise or curvature (radius), thickness, transmittance, specularity, roughness, and
+    /// solar_reflectance, solar_transmittance, which give the file solar data too
     #[arg(long, value_name = "KEY=VALUE,...", conflicts_with = "files")]
     venetian: Option<String>,
 
@@ -168,40 +169,60 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let metres = unit(&args.unit)?;
     let device = Device::open(args.device.as_deref())?;
     let terminal = Terminal::new();
-    let store = Store::new(args, directions, &options, &sample);
+    let start = Instant::now();
+    let mut traced = vec![trace(args, &device, directions, &options, &sample, "", &terminal, warnings)?];
+    if let Some(solar) = args.solar_sample(warnings)? {
+        traced.push(trace(args, &device, directions, &options, &solar, ".solar", &terminal, warnings)?);
+    }
+    terminal.finish();
+    let (table, solar) = (&traced[0].table, traced.get(1).map(|t| &t.table));
+    let bsdf = args.bsdf(&sample, [Some(table), solar], [no_front, no_back], metres);
+    let command = made_by();
+    bsdf::write(args.output.as_deref(), &bsdf, &command)?;
+    if let Some(path) = &args.standard_error {
+        write_errors(path, table, &command)?;
+    }
+    traced.iter().for_each(|t| t.store.remove());
+    report(table, &traced[0].statistics, start.elapsed(), &bsdf.visible);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A finished table, and where its batches were kept.
+struct Traced {
+    table: Table,
+    statistics: GenerationStatistics,
+    store: Store,
+}
+
+#[allow(clippy::too_many_arguments, reason = "what the two bands share")]
+fn trace(
+    args: &Args,
+    device: &Device,
+    directions: Directions,
+    options: &GenerationOptions,
+    sample: &Sample,
+    suffix: &str,
+    terminal: &Terminal,
+    warnings: &mut Warnings,
+) -> Result<Traced> {
+    let store = Store::new(args, directions, options, sample, suffix);
     let mut table = store.load(directions, warnings);
     if table.batches() > 0 {
         eprintln!("going on after {} of {} batches", table.batches(), options.batches);
     }
-    let start = Instant::now();
-    let mut kept = start;
-    let statistics = generate(&device, &sample, &mut table, &options, &terminal, warnings, &mut |table| {
+    let mut kept = Instant::now();
+    let found = generate(device, sample, &mut table, options, terminal, warnings, &mut |table| {
         if kept.elapsed() > KEEP_EVERY {
             kept = Instant::now();
             store.save(table)?;
         }
         Ok(())
     });
-    let statistics = match statistics {
-        Ok(statistics) => statistics,
-        // Whatever ended it, finished batches need not be traced again.
-        Err(error) => {
-            if table.batches() > 0 {
-                store.save(&table)?;
-            }
-            return Err(error);
-        }
-    };
-    terminal.finish();
-    let bsdf = args.bsdf(&sample, &table, [no_front, no_back], metres);
-    let command = made_by();
-    bsdf::write(args.output.as_deref(), &bsdf, &command)?;
-    if let Some(path) = &args.standard_error {
-        write_errors(path, &table, &command)?;
+    // Whatever ended it, finished batches need not be traced again.
+    if found.is_err() && table.batches() > 0 {
+        store.save(&table)?;
     }
-    store.remove();
-    report(&table, &statistics, start.elapsed(), &bsdf.visible);
-    Ok(ExitCode::SUCCESS)
+    Ok(Traced { table, statistics: found?, store })
 }
 
 impl Args {
@@ -263,7 +284,7 @@ impl Args {
             if self.dim.is_some() || self.periodic.is_some() {
                 return Err(Error::new("slats made by --venetian have their own box, which repeats").help("leave out -dim and --periodic"));
             }
-            return venetian(text, warnings).map_err(|e| e.field("--venetian"));
+            return venetian(text, false, warnings).map_err(|e| e.field("--venetian"));
         }
         if files.is_empty() {
             return Err(Error::new("there is no device").help("name its Radiance files, or give --venetian"));
@@ -280,6 +301,17 @@ impl Args {
         let scene = read_scene_with(files, Path::new("."), &axes, warnings)?;
         let dim = self.dim.as_deref().and_then(|d| <[f64; 6]>::try_from(d).ok());
         Sample::new(scene, dim, repeats, warnings)
+    }
+
+    /// The slats of `--venetian` as the sun sees them, if that is said.
+    fn solar_sample(&self, warnings: &mut Warnings) -> Result<Option<Sample>> {
+        match self.venetian.as_deref().filter(|text| text.contains("solar_")) {
+            Some(_) if self.solar => Err(Error::new("the slats have solar values of their own")
+                .field("--solar")
+                .help("leave out --solar, or the solar_… values")),
+            Some(text) => venetian(text, true, warnings).map(Some).map_err(|e| e.field("--venetian")),
+            None => Ok(None),
+        }
     }
 
     /// The screen of `--perforated` or `--woven`, and its thickness in metres.
@@ -344,7 +376,7 @@ impl Args {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn bsdf(&self, sample: &Sample, table: &Table, leave_out: [bool; 2], metres: f64) -> Bsdf {
+    fn bsdf(&self, sample: &Sample, tables: [Option<&Table>; 2], leave_out: [bool; 2], metres: f64) -> Bsdf {
         let scale = if self.venetian.is_some() { 1.0 } else { metres };
         let stem = self.files.last().or(self.output.as_ref()).and_then(|p| p.file_stem()).map(|s| s.to_string_lossy().to_string());
         let name = self.name.clone().or(if self.venetian.is_some() { Some("venetian blind".into()) } else { stem });
@@ -359,8 +391,10 @@ impl Args {
             ..Bsdf::default()
         };
         let wanted = |c: &Component| !leave_out[usize::from(!c.is_front())];
-        for component in Component::ALL.into_iter().filter(wanted) {
-            *bsdf.visible.slot(component) = Some(table.block(component, self.cull));
+        for (blocks, table) in [&mut bsdf.visible, &mut bsdf.solar].into_iter().zip(tables) {
+            for component in Component::ALL.into_iter().filter(wanted) {
+                *blocks.slot(component) = table.map(|t| t.block(component, self.cull));
+            }
         }
         if self.solar {
             bsdf.solar = bsdf.visible.clone();
@@ -436,8 +470,22 @@ fn required<T>(value: Option<T>, key: &str) -> Result<T> {
     value.ok_or_else(|| Error::new(format!("{key} is missing")).help("for instance width=25mm,spacing=20mm,angle=20,reflectance=0.5"))
 }
 
-fn venetian(text: &str, warnings: &mut Warnings) -> Result<Sample> {
-    let known = ["width", "spacing", "angle", "rise", "curvature", "thickness", "reflectance", "transmittance", "specularity", "roughness"];
+/// One period of slats, for visible or for solar light.
+fn venetian(text: &str, solar: bool, warnings: &mut Warnings) -> Result<Sample> {
+    let known = [
+        "width",
+        "spacing",
+        "angle",
+        "rise",
+        "curvature",
+        "thickness",
+        "reflectance",
+        "transmittance",
+        "solar_reflectance",
+        "solar_transmittance",
+        "specularity",
+        "roughness",
+    ];
     let given = Parameters::parse(text, &known)?;
     let width = required(given.length("width")?, "width")?;
     let rise = match (given.length("rise")?, given.length("curvature")?) {
@@ -459,8 +507,9 @@ fn venetian(text: &str, warnings: &mut Warnings) -> Result<Sample> {
         rise,
         thickness: given.length("thickness")?.unwrap_or(0.0),
     };
-    let reflectance = required(given.share("reflectance")?, "reflectance")?;
-    let transmittance = given.share("transmittance")?.unwrap_or(0.0);
+    let visible = [Some(required(given.share("reflectance")?, "reflectance")?), given.share("transmittance")?];
+    let solar_values = [given.share("solar_reflectance")?, given.share("solar_transmittance")?];
+    let [reflectance, transmittance] = [0, 1].map(|k| if solar { solar_values[k].or(visible[k]) } else { visible[k] }.unwrap_or(0.0));
     let specularity = given.share("specularity")?.unwrap_or(0.0);
     let roughness = given.share("roughness")?.unwrap_or(0.0);
     let kind = slat_material(reflectance, transmittance, specularity, roughness)?;
@@ -514,10 +563,10 @@ struct Store {
 }
 
 impl Store {
-    fn new(args: &Args, directions: Directions, options: &GenerationOptions, sample: &Sample) -> Self {
+    fn new(args: &Args, directions: Directions, options: &GenerationOptions, sample: &Sample, suffix: &str) -> Self {
         let path = args.output.as_ref().filter(|p| *p != Path::new("-")).map(|p| {
             let mut name = p.file_name().unwrap_or_default().to_os_string();
-            name.push(".resume");
+            name.push(format!("{suffix}.resume"));
             p.with_file_name(name)
         });
         let mut inputs = lucarne::simulate::Fingerprint::new("BSDF");
