@@ -185,6 +185,8 @@ fn blinds(folder: &Path, weather: &str, shade: &str, method: &str) -> Result<(Su
         "[weather]\nfile = \"w.wea\"\n[scene]\nfiles = [\"{scene}/room.rad\"]\n[[window]]\nname = \"south\"\nsurface = \"{scene}/window.rad\"\n\
          bsdf = \"{scene}/blind.xml\"\n{shade}\n[[sensors]]\nname = \"room\"\npoints = \"{scene}/points.txt\"\n[method]\n{method}\n[quality]\npreset = \"draft\"\n"
     );
+    // Pictures are compared with sensors, both with little noise.
+    let text = if method.contains("[images]") { text.replace("\"draft\"", "\"standard\"") } else { text };
     let file = folder.join("project.toml");
     std::fs::write(&file, text).unwrap();
     let project = Project::read(&file)?;
@@ -294,4 +296,51 @@ fn direct_matrices_never_exceed_the_whole_on_any_shipped_scene() {
             assert!(total.iter().zip(&direct).all(|(t, d)| t >= d && *d >= 0.0), "{scene}: {name}");
         }
     }
+}
+
+/// Illuminance at the eye from the picture of an hour.
+fn seen_by_the_eye(out: &Path, size: usize, hour: usize) -> f64 {
+    let camera = lucarne::camera::View::read(&Path::new(SCENES).join("blinds/views/seat.vf")).unwrap().camera().unwrap();
+    let raster = lucarne::camera::Raster::fit(camera, size, size, 1.0).unwrap();
+    let geometry = lucarne::glare::PixelGeometry::new(&raster).unwrap();
+    let path = out.join(format!("images/seat/img_{hour:04}.hdr"));
+    let picture = lucarne::image::hdr::read_with(&path, lucarne::image::hdr::Exposure::Undo).unwrap();
+    let weights = lucarne::units::ILLUMINANCE_WEIGHTS;
+    let values: Vec<f32> =
+        picture.pixels.iter().map(|p| p.iter().zip(weights).map(|(v, w)| f64::from(*v) * w).sum::<f64>() as f32).collect();
+    assert!(values.iter().all(|v| v.is_finite() && *v >= 0.0));
+    geometry.totals(&values).unwrap().vertical_illuminance
+}
+
+#[test]
+fn pictures_with_suns_light_the_eye_as_the_sensor_in_its_place_is_lit() {
+    if device("pictures of five phases").is_none() {
+        return;
+    }
+    const SIZE: usize = 96;
+    let hours = [9, 11, 12, 14];
+    let folder = tempfile::tempdir().unwrap();
+    let view = format!("[[view]]\nname = \"seat\"\nfile = \"{SCENES}/blinds/views/seat.vf\"\nresolution = [{SIZE}, {SIZE}]\n");
+    let method = format!("phases = 5\nsuns = \"hourly\"\n{view}[images]\nhours = {hours:?}");
+    let (_, out) = blinds(folder.path(), &day(700.0), &shade(), &method).unwrap();
+    let lux = values(&out, "room.mtx");
+    let sun = values(&out, "terms/room_sun.mtx");
+    let count = lux.len() / 24;
+    let (mut worst, mut sunny) = (0.0f64, 0.0f64);
+    for hour in hours {
+        // The last sensor is the eye.
+        let (sensor, of_sun) = (f64::from(lux[(count - 1) * 24 + hour]), f64::from(sun[(count - 1) * 24 + hour]));
+        let eye = seen_by_the_eye(&out, SIZE, hour);
+        println!("hour {hour}: picture {eye:.0} lx, sensor {sensor:.0} lx, of which {of_sun:.0} lx from the traced sun");
+        worst = worst.max((eye / sensor - 1.0).abs());
+        sunny = sunny.max(of_sun);
+    }
+    assert!(sunny > 100.0, "no sun reaches the eye");
+    // The sensor's hour alone has a standard error of 1 %.
+    assert!(worst < 0.03, "{worst}");
+    // Run again, nothing is traced and the pictures are the same.
+    let before = std::fs::read(out.join("images/seat/img_0012.hdr")).unwrap();
+    let (again, out) = blinds(folder.path(), &day(700.0), &shade(), &method).unwrap();
+    assert_eq!(again.rays, 0);
+    assert_eq!(std::fs::read(out.join("images/seat/img_0012.hdr")).unwrap(), before);
 }

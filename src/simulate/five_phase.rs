@@ -9,6 +9,7 @@
 
 use super::fingerprint::Fingerprint;
 use super::inputs::Inputs;
+use super::multiply;
 use super::presets::sun_options;
 use super::project::Project;
 use super::results::{self, Addition};
@@ -181,6 +182,25 @@ fn luminous(v: &[f32]) -> f64 {
 }
 
 impl FivePhase<'_> {
+    /// The suns and their hours.
+    pub fn suns(&self) -> &SunSet {
+        &self.suns
+    }
+
+    /// T·Dd·Sds of some hours, `[bin][hour]`: what comes straight from the sun's patches to the windows
+    /// whose sun is traced. Nothing if there is no sun.
+    ///
+    /// # Errors
+    /// Failures of the multiplier's device.
+    pub fn direct_light_at_windows(&self, multiplier: &dyn Multiplier, hours: &[usize]) -> Result<Option<Matrix<f32>>> {
+        let Some((_, sun_only)) = &self.skies else { return Ok(None) };
+        let factors = vec![
+            multiply::Factor { name: "T·Dd".into(), matrix: self.transmitted_direct.map(|v| v as f32) },
+            multiply::Factor { name: "Sds".into(), matrix: multiply::select_columns(sun_only, hours) },
+        ];
+        multiply::product(multiplier, factors, None).map(Some)
+    }
+
     /// Suns traced and left out.
     pub fn census(&self) -> &SunCensus {
         &self.suns.census

@@ -19,6 +19,7 @@ mod run;
 pub mod shade;
 mod store;
 mod summary;
+pub mod sun_pictures;
 pub mod suns;
 mod table;
 mod view_grid;

@@ -63,7 +63,18 @@ pub fn image_options(project: &Project) -> ImageOptions {
         Preset::Standard => (standard.light_paths, standard.batches),
         Preset::Final => (standard.light_paths * 4, standard.batches * 2),
     };
-    ImageOptions { bounces: project.method.bounces, light_paths, batches, seed: seed(project, 0, 0), ..standard }
+    let straight = project.method.choice(&project.windows).phases == 5;
+    ImageOptions { bounces: project.method.bounces, light_paths, batches, seed: seed(project, 0, 0), straight, ..standard }
+}
+
+/// Sampling of suns in pictures: every pixel has a surface point per batch.
+pub fn sun_picture_options(project: &Project) -> SunOptions {
+    let (batches, paths) = match project.quality.preset {
+        Preset::Draft => (2, 2),
+        Preset::Standard => (4, 4),
+        Preset::Final => (8, 8),
+    };
+    SunOptions { batches, disc_samples: 4, paths, seed: seed(project, 0, 0), ..SunOptions::default() }
 }
 
 /// Sampling of the sun matrix of sensors. A single computation, whatever the preset: it costs little

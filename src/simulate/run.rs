@@ -12,8 +12,9 @@ use super::results::{self, Sampled};
 use super::rounds::average;
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
-use super::suns::SunCensus;
-use super::views::{ImageHours, ViewJob};
+use super::sun_pictures::{SunPictureJob, SunPictures};
+use super::suns::{SunCensus, SunSet};
+use super::views::{ImageHours, ViewJob, ViewSection};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::trace::TraceStatistics;
@@ -157,7 +158,7 @@ impl<'a> Run<'a> {
 
         let clock = Instant::now();
         let sensors = self.write(&lux)?;
-        let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, warnings)?;
+        let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, five.as_ref(), warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
@@ -210,10 +211,10 @@ impl<'a> Run<'a> {
         if self.choice.phases != 5 {
             return Ok(None);
         }
-        if !self.project.views.is_empty() {
+        if self.project.glare.is_some() {
             warnings.push(
-                Error::new("pictures and glare of this project are three-phase: only its sensors get the traced suns")
-                    .help("give the eye's place as a sensor for its illuminance"),
+                Error::new("glare of this project is three-phase: the sun shines from patches of the sky, not through the shade")
+                    .help("its pictures and sensors have the traced suns; `lucarne glare` judges single pictures"),
             );
         }
         let clock = Instant::now();
@@ -403,6 +404,7 @@ impl<'a> Run<'a> {
         multiplier: &dyn product::Multiplier,
         transmitted: &Matrix<f64>,
         sky: &Matrix<f32>,
+        five: Option<&FivePhase<'_>>,
         warnings: &mut Warnings,
     ) -> Result<Vec<ViewSummary>> {
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
@@ -432,10 +434,33 @@ impl<'a> Run<'a> {
             let seconds = clock.elapsed().as_secs_f64();
             self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds });
             self.count(statistics, clock);
-            let pictures = job.pictures(multiplier, transmitted, sky, &self.project.images.hours, warnings)?;
+            let hours = self.project.images.hours.chosen(sky)?;
+            let suns = five.filter(|_| !hours.is_empty()).map(|five| self.sun_pictures(five.suns(), view, &hours)).transpose()?;
+            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five.zip(suns.as_ref()), warnings)?;
             summaries.push(ViewSummary { name: view.name.clone(), pixels: rows, pictures });
         }
         Ok(summaries)
+    }
+
+    /// What the suns of these hours put into the pictures of a view.
+    fn sun_pictures(&mut self, suns: &SunSet, view: &ViewSection, hours: &[usize]) -> Result<SunPictures> {
+        let clock = Instant::now();
+        let job = SunPictureJob {
+            device: self.device,
+            project: self.project,
+            inputs: self.inputs,
+            suns,
+            store: self.store,
+            progress: self.progress,
+        };
+        let mut inputs = self.scene_fingerprint("C of pictures");
+        for window in &self.inputs.windows {
+            inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
+        }
+        let mut statistics = TraceStatistics::default();
+        let pictures = job.compute(&view.name, &view.raster()?, hours, inputs, &mut statistics)?;
+        self.count(statistics, clock);
+        Ok(pictures)
     }
 
     /// Annual glare of all views, if the project asks for it.

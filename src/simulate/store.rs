@@ -59,6 +59,11 @@ impl Store {
         Ok(folder.join(format!("{sensors}_{term}.mtx")))
     }
 
+    /// Path of the suns' pictures of a view.
+    pub fn sun_pictures_path(&self, view: &str) -> PathBuf {
+        self.folder.join("matrices").join(format!("C_{view}.suns"))
+    }
+
     /// Path of the Radiance file with the suns that were traced.
     pub fn suns_path(&self) -> PathBuf {
         self.folder.join("matrices").join("suns.rad")
