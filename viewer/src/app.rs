@@ -10,7 +10,7 @@ use crate::open::{Opened, open};
 use crate::picture::PicturePanel;
 use crate::plot;
 use crate::remember::Remembered;
-use crate::results::Results;
+use crate::results::{Results, shortened};
 use crate::save::{Saving, Writer};
 use crate::year::YearPanel;
 use crate::{bsdf, grid, picture, year};
@@ -150,6 +150,18 @@ impl App {
             || self.picture.busy()
             || self.year.busy()
             || self.grid.busy()
+    }
+
+    /// Whether the year's picture is that of an hour.
+    #[cfg(test)]
+    pub fn shows_hour(&self, hour: usize) -> bool {
+        self.year.picture_shown().is_some_and(|p| p.0 == hour)
+    }
+
+    /// What the year's picture took to compute.
+    #[cfg(test)]
+    pub fn seconds_of_picture(&self) -> f64 {
+        self.year.picture_shown().map_or(0.0, |p| p.1)
     }
 
     /// The first failure that is shown.
@@ -454,12 +466,6 @@ fn completions(text: &str) -> Vec<String> {
     names.sort();
     names.truncate(8);
     names
-}
-
-/// The last two parts of a path.
-fn shortened(path: &Path) -> String {
-    let parts: Vec<_> = path.components().rev().take(2).map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
-    parts.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
 fn style(ctx: &egui::Context) {

@@ -141,7 +141,7 @@ impl Results {
         let glare = read_glare(folder, hours, &mut notes);
         let title = format!(
             "{}   {} hours, preset {}, {}",
-            folder.display(),
+            shortened(folder),
             hours,
             summary["preset"].as_str().unwrap_or("?"),
             summary["device"]["name"].as_str().unwrap_or("?")
@@ -179,6 +179,12 @@ impl Results {
     pub fn matrix(&self, name: &str) -> PathBuf {
         self.folder.join("matrices").join(format!("{name}.mtx"))
     }
+}
+
+/// The last two parts of a path.
+pub fn shortened(path: &Path) -> String {
+    let parts: Vec<_> = path.components().rev().take(2).map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+    parts.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
 fn view_file(folder: &Path, name: &str) -> Result<ViewFile> {

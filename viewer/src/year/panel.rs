@@ -72,6 +72,12 @@ impl YearPanel {
         picture || self.states.busy() || self.sky.busy() || !self.pending.is_empty()
     }
 
+    /// Hour of the picture on the screen, and the seconds it took.
+    #[cfg(test)]
+    pub fn picture_shown(&self) -> Option<(usize, f64)> {
+        self.shown.as_ref().map(|s| (s.wish.hour, s.seconds))
+    }
+
     fn waits_for_glare(&self) -> bool {
         match (&self.shown, &self.glare) {
             (Some(shown), Some((hour, _))) => *hour != shown.wish.hour,
@@ -386,7 +392,11 @@ impl YearPanel {
         if results.views.is_empty() {
             self.plan(ui, below, view, results);
         } else {
-            self.hour_picture(ui, below, view);
+            let left = self.hour_picture(ui, below, view);
+            let rest = Rect::from_min_max(pos2(left - 40.0, below.top() + 190.0), below.max);
+            if rest.width() > 260.0 && rest.height() > 150.0 {
+                self.plan(ui, rest, view, results);
+            }
         }
         let text = if self.readout.is_empty() {
             "Point at the carpet, the picture or the sky to read values; click the carpet to go to an hour"
@@ -415,11 +425,12 @@ impl YearPanel {
         }
     }
 
-    fn hour_picture(&mut self, ui: &mut egui::Ui, rect: Rect, view: &mut View) {
+    /// Gives the left edge of what is beside the picture.
+    fn hour_picture(&mut self, ui: &mut egui::Ui, rect: Rect, view: &mut View) -> f32 {
         let Some(shown) = &self.shown else {
             let text = self.failed.clone().unwrap_or_else(|| "reading the view matrix…".into());
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(14.0), plot::axis(ui));
-            return;
+            return rect.right();
         };
         let (w, h) = (shown.file.picture.width as f32, shown.file.picture.height as f32);
         let facts = 210.0;
@@ -489,6 +500,7 @@ impl YearPanel {
         if let Some(failed) = &self.failed {
             ui.painter().text(place.left_bottom(), Align2::LEFT_BOTTOM, failed, FontId::proportional(12.0), plot::line_color(ui, 1));
         }
+        left
     }
 }
 
