@@ -181,7 +181,8 @@ impl App {
         if !self.messages.is_empty() {
             egui::Panel::bottom("messages").show(ui, |ui| self.message_list(ui));
         }
-        egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.panel(ui, &mut out));
+        let fill = ui.visuals().panel_fill;
+        egui::CentralPanel::default().frame(egui::Frame::NONE.fill(fill)).show(ui, |ui| self.panel(ui, &mut out));
         if self.help {
             self.help = help::show(&ctx, self.views.panel);
         }
@@ -251,6 +252,7 @@ impl App {
             match result {
                 Ok(Ok(opened)) => {
                     self.remembered.opened(&path);
+                    self.remember();
                     self.take(opened);
                 }
                 Ok(Err(error)) => self.messages.push((true, error.to_string())),
@@ -320,6 +322,13 @@ impl App {
         }
         if ctx.input(|i| i.key_pressed(Key::Escape)) && !self.help {
             self.messages.clear();
+        }
+    }
+
+    fn remember(&mut self) {
+        self.remembered.palette = self.views.bsdf.palette.name().into();
+        if let Some(path) = &self.remember_at {
+            self.remembered.write(path);
         }
     }
 
@@ -497,10 +506,7 @@ impl eframe::App for App {
     }
 
     fn on_exit(&mut self) {
-        self.remembered.palette = self.views.bsdf.palette.name().into();
-        if let Some(path) = &self.remember_at {
-            self.remembered.write(path);
-        }
+        self.remember();
     }
 }
 

@@ -8,6 +8,7 @@ use lucarne::image::palette::Palette;
 use lucarne::image::{Picture, luminance};
 use lucarne::matrix::Matrix;
 use lucarne::{Error, Result, Warnings, image};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -38,7 +39,7 @@ impl PictureFile {
 
     /// A picture in memory.
     pub fn of_picture(path: &Path, picture: Picture) -> Self {
-        let values = picture.pixels.iter().map(|&p| luminance(p)).collect();
+        let values = picture.pixels.par_iter().map(|&p| luminance(p)).collect();
         Self { path: path.to_path_buf(), picture: Arc::new(picture), luminance: Arc::new(values), unit: "cd/m²", id: next_id() }
     }
 

@@ -13,12 +13,12 @@ use crate::grid;
 use crate::job::Derived;
 use crate::picture::model::{Judged, Mode, PictureFile};
 use crate::picture::show;
-use crate::plot::{self, empty_state, halo_text};
+use crate::plot::{self, Axes, empty_state, halo_text};
 use crate::results::Results;
 use crate::scale::{BAR_WIDTH, draggable_bar};
 use crate::texture::CachedTexture;
 use eframe::egui::{self, Align2, Color32, FontId, Key, Rect, RichText, Sense, Stroke, pos2, vec2};
-use lucarne::image::palette::rounded_number;
+use lucarne::image::palette::{round_steps, round_up, rounded_number};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ pub struct YearPanel {
     carpet: CachedTexture,
     scrubber: Option<Scrubber>,
     shown: Option<Shown>,
-    glare: Option<(usize, Judged)>,
+    glare: Option<(usize, Option<Judged>)>,
     picture: CachedTexture,
     failed: Option<String>,
     states: States,
@@ -48,6 +48,10 @@ struct Shown {
     file: PictureFile,
     whole: bool,
     seconds: f64,
+    /// End of an automatic scale.
+    maximum: f64,
+    /// Mean luminance, cd/m².
+    mean: f64,
 }
 
 impl YearPanel {
@@ -191,8 +195,12 @@ impl YearPanel {
         scrubber.wish(self.states.wish(view.hour, &view.fractions));
         for answer in scrubber.answers() {
             match answer {
-                Answer::Picture { wish, file, whole, seconds } => self.shown = Some(Shown { wish, file: *file, whole, seconds }),
-                Answer::Glare { hour, judged } => self.glare = Some((hour, *judged)),
+                Answer::Picture { wish, file, whole, seconds } => {
+                    let maximum = file.typical_maximum();
+                    let mean = file.luminance.iter().map(|v| f64::from(*v)).sum::<f64>() / file.luminance.len().max(1) as f64;
+                    self.shown = Some(Shown { wish, file: *file, whole, seconds, maximum, mean });
+                }
+                Answer::Glare { hour, judged } => self.glare = Some((hour, judged.map(|j| *j))),
                 Answer::Failed(error) => self.failed = Some(error.to_string()),
             }
         }
@@ -259,6 +267,15 @@ impl YearPanel {
 
     fn picture_controls(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
         if results.views.is_empty() {
+            if !results.windows.is_empty() {
+                heading(ui, "Picture");
+                ui.add(
+                    egui::Label::new(
+                        RichText::new("Add a [[view]] to the project and run it again, to see the room at every hour.").small().weak(),
+                    )
+                    .wrap(),
+                );
+            }
             return;
         }
         heading(ui, "Picture");
@@ -354,7 +371,7 @@ impl YearPanel {
     }
 
     fn picture_maximum(&self) -> f64 {
-        self.shown.as_ref().map_or(1000.0, |s| s.file.typical_maximum())
+        self.shown.as_ref().map_or(1000.0, |s| s.maximum)
     }
 
     fn center(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>) {
@@ -390,7 +407,9 @@ impl YearPanel {
         let status = 22.0;
         let below = Rect::from_min_max(pos2(area.left(), outer.bottom() + 8.0), pos2(area.right(), area.bottom() - status));
         if results.views.is_empty() {
-            self.plan(ui, below, view, results);
+            let middle = below.left() + below.width() * 0.5;
+            self.day(ui, Rect::from_min_max(below.min, pos2(middle, below.bottom())), view, results);
+            self.plan(ui, Rect::from_min_max(pos2(middle, below.top()), below.max), view, results);
         } else {
             let left = self.hour_picture(ui, below, view);
             let rest = Rect::from_min_max(pos2(left - 40.0, below.top() + 190.0), below.max);
@@ -410,6 +429,28 @@ impl YearPanel {
             FontId::proportional(13.0),
             ui.visuals().text_color(),
         );
+    }
+
+    /// The carpet's quantity over the day of the hour.
+    fn day(&self, ui: &mut egui::Ui, rect: Rect, view: &mut View, results: &Results) {
+        let per_day = steps_per_day(results.hours());
+        let first = view.hour - view.hour % per_day;
+        let day = &self.values.1[first..(first + per_day).min(self.values.1.len())];
+        let top = if view.quantity.is_glare() { 1.0 } else { round_up(day.iter().copied().filter(|v| !v.is_nan()).fold(1.0, f64::max)) };
+        let axes = Axes::inside(rect, [0.0, 24.0], [0.0, top]);
+        let title = format!("{} on this day, {}", view.quantity.name(results), view.quantity.unit());
+        axes.paint(ui, &title, "hour of the day", &[0.0, 6.0, 12.0, 18.0, 24.0], &round_steps(0.0, top, 5));
+        let width = 24.0 / per_day as f64;
+        let points: Vec<[f64; 2]> = day.iter().enumerate().map(|(i, v)| [(i as f64 + 0.5) * width, *v]).collect();
+        axes.curve(ui, points.iter().copied(), plot::line_color(ui, 0), 2.0);
+        if let Some([x, y]) = points.get(view.hour - first).filter(|p| !p[1].is_nan()) {
+            ui.painter().circle_filled(axes.place(*x, *y), 5.0, plot::line_color(ui, 1));
+        }
+        let response = ui.interact(axes.rect, ui.scope_id().with("day"), Sense::click_and_drag());
+        if let Some(p) = response.interact_pointer_pos() {
+            let step = (axes.value(p)[0] / width).floor().clamp(0.0, per_day as f64 - 1.0) as usize;
+            view.hour = (first + step).min(results.hours() - 1);
+        }
     }
 
     fn plan(&mut self, ui: &mut egui::Ui, rect: Rect, view: &View, results: &Arc<Results>) {
@@ -437,12 +478,12 @@ impl YearPanel {
         let room = vec2(rect.width() - BAR_WIDTH - 24.0 - facts, rect.height() - 4.0);
         let unit = (room.x / w).min(room.y / h);
         let place = Rect::from_min_size(pos2(rect.left() + 46.0, rect.top()), vec2(w, h) * unit);
-        let maximum = shown.file.typical_maximum();
+        let maximum = shown.maximum;
         let key = format!("{} {:?} {:?} {:?} {}", shown.file.id, view.mode, view.palette, view.picture, view.stops);
         let texture = self.picture.get(ui.ctx(), key, false, || show::image(&shown.file, &view.picture_view(), maximum));
         ui.painter().image(texture, place, Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0)), Color32::WHITE);
         ui.painter().rect_stroke(place, 0.0, Stroke::new(1.0, plot::axis(ui)), egui::StrokeKind::Outside);
-        let glare = self.glare.as_ref().filter(|(hour, _)| *hour == shown.wish.hour).map(|(_, j)| j);
+        let glare = self.glare.as_ref().filter(|(hour, _)| *hour == shown.wish.hour).and_then(|(_, j)| j.as_ref());
         let screen = |x: f64, y: f64| place.min + vec2(x as f32, y as f32) * unit;
         if view.sources
             && let Some(j) = glare
@@ -489,9 +530,15 @@ impl YearPanel {
                 lines.push(("Ev and DGP are too low".into(), false));
             }
         }
-        let mean = shown.file.luminance.iter().map(|v| f64::from(*v)).sum::<f64>() / shown.file.luminance.len().max(1) as f64;
-        lines.push((format!("mean {} cd/m²", rounded_number(mean)), false));
-        lines.push((if shown.whole { format!("computed in {:.0} ms", shown.seconds * 1e3) } else { "reading…".into() }, false));
+        lines.push((format!("mean {} cd/m²", rounded_number(shown.mean)), false));
+        lines.push((
+            match shown.seconds {
+                _ if !shown.whole => "reading the view matrix…".into(),
+                s if s < 0.5 => format!("computed in {:.0} ms", s * 1e3),
+                s => format!("read and computed in {s:.1} s"),
+            },
+            false,
+        ));
         for (i, (line, strong)) in lines.iter().enumerate() {
             let (size, color) = if *strong { (20.0, ui.visuals().strong_text_color()) } else { (13.0, ui.visuals().text_color()) };
             let y = place.top() + if i == 0 { 0.0 } else { 8.0 + 20.0 * i as f32 };
