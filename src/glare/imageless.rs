@@ -40,13 +40,25 @@ impl PatchSources {
     /// # Panics
     /// If the number of illuminances is not that of the patches.
     pub fn contrast_sum(&self, direct_illuminance: &[f64], threshold: f64, model: &DgpModel) -> f64 {
+        model.contrast_sum(self.sources(direct_illuminance, threshold))
+    }
+
+    /// Number of patches that are sources.
+    ///
+    /// # Panics
+    /// If the number of illuminances is not that of the patches.
+    pub fn count(&self, direct_illuminance: &[f64], threshold: f64) -> usize {
+        self.sources(direct_illuminance, threshold).count()
+    }
+
+    /// Luminance, solid angle and position index of the patches above the threshold.
+    fn sources(&self, direct_illuminance: &[f64], threshold: f64) -> impl Iterator<Item = (f64, f64, f64)> {
         assert_eq!(direct_illuminance.len(), self.patches.len(), "one illuminance per patch");
-        let sources = self.patches.iter().zip(direct_illuminance).filter_map(|(patch, &e)| {
+        self.patches.iter().zip(direct_illuminance).filter_map(move |(patch, &e)| {
             let [solid_angle, cosine, position_index] = (*patch)?;
             let luminance = e / (solid_angle * cosine);
             (luminance > threshold).then_some((luminance, solid_angle, position_index))
-        });
-        model.contrast_sum(sources)
+        })
     }
 }
 

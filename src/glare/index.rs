@@ -59,8 +59,17 @@ impl DgpModel {
     /// taken as independent; first order, at most 1. 0 where DGP is cut
     /// to 1.
     pub fn standard_error(&self, vertical_illuminance: f64, contrast_sum: f64, illuminance_error: f64, contrast_error: f64) -> f64 {
+        let [by_illuminance, by_contrast] = self.slopes(vertical_illuminance, contrast_sum);
+        // Without light the slopes are infinite; DGP itself spans no more than 1.
+        let error = (by_illuminance * illuminance_error).hypot(by_contrast * contrast_error);
+        if error <= 1.0 { error } else { 1.0 }
+    }
+
+    /// Change of DGP per lx and per unit of the contrast sum; 0 where DGP is cut to 1. Not finite
+    /// without light at the eye.
+    pub fn slopes(&self, vertical_illuminance: f64, contrast_sum: f64) -> [f64; 2] {
         if self.dgp(vertical_illuminance, contrast_sum) >= 1.0 {
-            return 0.0;
+            return [0.0; 2];
         }
         let ev = vertical_illuminance;
         let [_, _, a3, _, a5] = self.exponents;
@@ -75,9 +84,7 @@ impl DgpModel {
             by_illuminance = factor * by_illuminance + 0.024 * (1.0 - factor) * self.dgp(ev, contrast_sum);
             by_contrast *= factor;
         }
-        // Without light the slopes are infinite; DGP itself spans no more than 1.
-        let error = (by_illuminance * illuminance_error).hypot(by_contrast * contrast_error);
-        if error <= 1.0 { error } else { 1.0 }
+        [by_illuminance, by_contrast]
     }
 
     pub(super) fn check(&self) -> Result<()> {

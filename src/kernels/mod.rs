@@ -1,7 +1,9 @@
 //! One module per kernel: host half and f64 reference.
 
 pub mod bsdf_generation;
+pub mod bsdf_scattering;
 pub mod daylight_matrix;
+pub mod glare;
 pub mod image_matrix;
 pub mod light_paths;
 pub mod product;
@@ -16,6 +18,8 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
     all.extend(bsdf_generation::registered());
+    all.extend(glare::registered());
+    all.extend(bsdf_scattering::registered());
     all.extend(product::registered());
     all.extend(trace::probes::registered());
     all

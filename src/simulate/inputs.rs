@@ -33,6 +33,8 @@ pub struct ProjectWindow {
     /// T `[outgoing bin][incident bin]`, RGB; includes the projected solid angle of the incident
     /// bin (as dctimestep applies it).
     pub transmission: Matrix<f64>,
+    /// T of all states of the façade, with their names; empty if the window has one state.
+    pub states: Vec<(String, Matrix<f64>)>,
 }
 
 /// A group of sensors.
@@ -88,6 +90,7 @@ fn read_windows(section: &WindowSection, base: &Path, warnings: &mut Warnings) -
     }
     let bsdf = bsdf::read(&section.bsdf, warnings)?;
     let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
+    let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
     let single = surfaces.len() == 1;
     let mut windows = Vec::new();
     for window in surfaces {
@@ -104,10 +107,28 @@ fn read_windows(section: &WindowSection, base: &Path, warnings: &mut Warnings) -
             .line(window.origin.line)
             .help("use the BSDF's basis in the comment before the polygon: '#@rfluxmtx h=kf' for Klems full, h=kh half, h=kq quarter"));
         }
+        for (path, (_, state)) in section.states.iter().zip(&states) {
+            if (state.rows(), state.cols()) != (bins, bins) {
+                return Err(Error::new(format!(
+                    "this state has {} outgoing and {} incident bins, the window {bins}",
+                    state.rows(),
+                    state.cols()
+                ))
+                .file(path)
+                .help("all states of a window need the basis of the window"));
+            }
+        }
         let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
-        windows.push(ProjectWindow { name, window, transmission: transmission.clone() });
+        windows.push(ProjectWindow { name, window, transmission: transmission.clone(), states: states.clone() });
     }
     Ok(windows)
+}
+
+/// A state of the façade: the file's name without its ending, and T.
+fn read_state(path: &Path, warnings: &mut Warnings) -> Result<(String, Matrix<f64>)> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let bsdf = bsdf::read(path, warnings)?;
+    Ok((name, in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(path))?)))
 }
 
 /// A grey matrix as RGB.

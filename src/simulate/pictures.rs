@@ -17,6 +17,7 @@ use crate::image::Picture;
 use crate::image::exr;
 use crate::image::hdr::{self, Exposure, ScanlineWriter};
 use crate::image::series::{Pattern, PictureSet, SetRows};
+use crate::kernels::glare::PixelSource;
 use crate::kernels::product::{Arrangement, Factor, Multiplier};
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
@@ -40,6 +41,8 @@ pub struct PictureView {
     /// Name in messages.
     name: String,
     source: Source,
+    /// Where a [`PixelSource`] goes on in a matrix in memory.
+    next_row: usize,
     /// Pixels per row.
     pub width: usize,
     /// Rows of pixels.
@@ -68,7 +71,7 @@ impl PictureView {
         if Pattern::is_pattern(name) {
             let set = PictureSet::open(&Pattern::parse(name)?, None, Exposure::Undo)?;
             let (width, height, bins, view) = (set.width(), set.height(), set.len(), set.view().map(str::to_string));
-            return Ok(Self { name: name.into(), source: Source::Pictures(set), width, height, bins, view });
+            return Ok(Self { name: name.into(), source: Source::Pictures(set), next_row: 0, width, height, bins, view });
         }
         let path = Path::new(name);
         let rows = if path == Path::new("-") { None } else { MatrixRows::open(path)? };
@@ -102,7 +105,7 @@ impl PictureView {
                 .field(if stated.is_some() { "RESOLUTION" } else { "-x, -y" }));
         }
         let view = value("VIEW").map(str::to_string);
-        Ok(Self { name: name.into(), source, width, height, bins, view })
+        Ok(Self { name: name.into(), source, next_row: 0, width, height, bins, view })
     }
 
     /// Number of pixels.
@@ -124,6 +127,37 @@ impl PictureView {
             }
             Source::Pictures(set) => Reader::Pictures(set.rows()),
         })
+    }
+}
+
+impl PixelSource for PictureView {
+    fn bins(&self) -> usize {
+        self.bins
+    }
+
+    fn rewind(&mut self) -> Result<()> {
+        self.next_row = 0;
+        if let Source::Rows(rows) = &mut self.source {
+            rows.rewind()?;
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, lines: usize, width: usize, values: &mut Vec<f32>) -> Result<()> {
+        match &mut self.source {
+            Source::Matrix(matrix) => {
+                let row = matrix.cols() * RGB;
+                let end = (self.next_row + lines * width).min(matrix.rows());
+                values.clear();
+                values.extend_from_slice(&matrix.data()[self.next_row * row..end * row]);
+                self.next_row = end;
+            }
+            Source::Rows(rows) => {
+                rows.read(lines * width, values)?;
+            }
+            Source::Pictures(_) => return Err(Error::new("glare is not computed from component pictures").file(&self.name)),
+        }
+        Ok(())
     }
 }
 

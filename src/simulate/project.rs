@@ -16,6 +16,11 @@
 //! name = "desk"
 //! file = "views/fish.vf"
 //! resolution = [400, 400]
+//! [[views]]                           # any number: views on points, see view_grid
+//! name = "seats"
+//! points = "seats.txt"
+//! [glare]                             # glare of all views, see glare_section
+//! method = "image"
 //! [images]
 //! hours = "daylight"                  # "daylight" | "none" | [1164, 1929]
 //! [method]
@@ -30,7 +35,9 @@
 //! Paths are relative to the file. Each section is one struct with one function that reads it, so
 //! that a section added later touches nothing else.
 
+use super::glare_section::GlareSection;
 use super::table::{Document, Table};
+use super::view_grid::read_grid;
 use super::views::{ImageHours, ImagesSection, ViewSection};
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
@@ -50,8 +57,10 @@ pub struct Project {
     pub windows: Vec<WindowSection>,
     /// `[[sensors]]`
     pub sensors: Vec<SensorsSection>,
-    /// `[[view]]`
+    /// `[[view]]`, then those of `[[views]]`.
     pub views: Vec<ViewSection>,
+    /// `[glare]`, if there is one.
+    pub glare: Option<GlareSection>,
     /// `[images]`
     pub images: ImagesSection,
     /// `[method]`
@@ -81,8 +90,11 @@ pub struct WindowSection {
     pub name: String,
     /// Radiance file with the window's polygons, normals into the room.
     pub surface: PathBuf,
-    /// Transmission of the window, Klems XML.
+    /// Transmission of the window, Klems XML; the first of its states, if it has several.
     pub bsdf: PathBuf,
+    /// Further states of the façade: glare is computed for each, with the same view and daylight
+    /// matrices. All states, the first included; empty for one state.
+    pub states: Vec<PathBuf>,
 }
 
 /// One `[[sensors]]`: a group of sensors with one result file.
@@ -162,7 +174,11 @@ impl Project {
         let scene = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
         let windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
         let sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
-        let views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
+        let mut views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
+        for table in top.tables("views")? {
+            views.extend(read_grid(table)?);
+        }
+        let glare = GlareSection::read(top.table("glare")?)?;
         let images = ImagesSection::read(top.table("images")?)?;
         let method = MethodSection::read(top.table("method")?)?;
         let quality = QualitySection::read(top.table("quality")?)?;
@@ -175,12 +191,16 @@ impl Project {
         if images.hours != ImageHours::None && views.is_empty() {
             return Err(top.missing_section("view", "[images] needs at least one [[view]] with name and file"));
         }
+        if glare.is_some() && views.is_empty() {
+            return Err(top.missing_section("view", "[glare] needs at least one [[view]] with name and file"));
+        }
+        states_match(&top, &windows)?;
         unique(&top, "window", windows.iter().map(|w| w.name.as_str()))?;
         unique(&top, "sensors", sensors.iter().map(|s| s.name.as_str()))?;
         // Both give matrices V_NAME.
         unique(&top, "view", sensors.iter().map(|s| s.name.as_str()).chain(views.iter().map(|v| v.name.as_str())))?;
         top.finish()?;
-        Ok(Self { file: file.to_path_buf(), weather, scene, windows, sensors, views, images, method, quality })
+        Ok(Self { file: file.to_path_buf(), weather, scene, windows, sensors, views, glare, images, method, quality })
     }
 }
 
@@ -229,9 +249,32 @@ impl WindowSection {
         let name = name(&mut table, "add name = \"south\" or the like")?;
         let surface =
             table.required_path("surface", "add surface = \"….rad\": the window's polygons, with normals that point into the room")?;
-        let bsdf = table.required_path("bsdf", "add bsdf = \"….xml\": the window's Klems BSDF")?;
+        let states = table.paths("states")?;
+        let bsdf = match states.first() {
+            // The key is asked for all the same, so that it is known.
+            Some(first) => match table.path("bsdf")? {
+                None => first.clone(),
+                Some(_) => return Err(table.error("bsdf", "a window has either one 'bsdf' or several 'states'")),
+            },
+            None => table.required_path("bsdf", "add bsdf = \"….xml\": the window's Klems BSDF")?,
+        };
         table.finish()?;
-        Ok(Self { name, surface, bsdf })
+        Ok(Self { name, surface, bsdf, states })
+    }
+}
+
+/// Windows with several states change them together.
+fn states_match(top: &Table<'_, '_>, windows: &[WindowSection]) -> Result<()> {
+    let mut changing = windows.iter().filter(|w| !w.states.is_empty());
+    let Some(first) = changing.next() else { return Ok(()) };
+    match changing.find(|w| w.states.len() != first.states.len()) {
+        None => Ok(()),
+        Some(other) => Err(top
+            .error(
+                "window",
+                format!("window '{}' has {} states, '{}' has {}", first.name, first.states.len(), other.name, other.states.len()),
+            )
+            .help("give all windows with states the same number: the first of each belong together, and so on")),
     }
 }
 

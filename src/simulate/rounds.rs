@@ -14,7 +14,7 @@ pub fn average(
     progress: &dyn Progress,
     mut trace: impl FnMut(u32, &dyn Progress) -> Result<TracedMatrix>,
 ) -> Result<TracedMatrix> {
-    let part = |round: u32| Part { whole: progress, first: f64::from(round) / f64::from(count), width: 1.0 / f64::from(count) };
+    let part = |round: u32| Part::of(progress, round as usize, count as usize);
     let first = trace(0, &part(0))?;
     if count <= 1 {
         return Ok(first);
@@ -54,10 +54,17 @@ fn add(sum: &mut [f64], values: &[f32], f: impl Fn(f64) -> f64) {
 }
 
 /// A part of a stage.
-struct Part<'a> {
+pub struct Part<'a> {
     whole: &'a dyn Progress,
     first: f64,
     width: f64,
+}
+
+impl<'a> Part<'a> {
+    /// The part `number` (from 0) of `count` equal ones.
+    pub fn of(whole: &'a dyn Progress, number: usize, count: usize) -> Self {
+        Self { whole, first: number as f64 / count as f64, width: 1.0 / count as f64 }
+    }
 }
 
 impl Progress for Part<'_> {

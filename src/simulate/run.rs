@@ -1,6 +1,8 @@
 //! One run of a project: weather to S, windows and scene to V and D, their product to illuminance.
 
 use super::fingerprint::Fingerprint;
+use super::glare::{GlareJob, GlareSummary};
+use super::glare_section::GlareMethod;
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::presets::{daylight_options, image_options, rounds, view_options};
 use super::project::Project;
@@ -8,7 +10,7 @@ use super::results::{self, Sampled};
 use super::rounds::average;
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
-use super::views::ViewJob;
+use super::views::{ImageHours, ViewJob};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::trace::TraceStatistics;
@@ -32,6 +34,8 @@ use std::time::Instant;
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
 /// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for |
+/// | `glare/VIEW.csv`, `.png`, `.svg` | DGP of every hour with its standard error; carpet plot |
+/// | `glare/annual.csv`, `undecided.csv`, `METHOD.dgp` | annual glare of all views; hours whose class the noise leaves open; DGP, rows views, columns hours |
 /// | `summary.json` | [`Summary`] |
 ///
 /// Matrices of an earlier run into the same folder are used again if all their inputs are the same,
@@ -81,6 +85,7 @@ struct Run<'a> {
 /// A sampled matrix with its standard error.
 struct WithError {
     total: Matrix<f32>,
+    direct: Matrix<f32>,
     standard_error: Matrix<f32>,
 }
 
@@ -96,10 +101,11 @@ impl Run<'_> {
 
         let clock = Instant::now();
         let windows = &self.inputs.windows;
-        let (mut daylight, mut daylight_error) = (Vec::new(), Vec::new());
+        let (mut daylight, mut daylight_direct, mut daylight_error) = (Vec::new(), Vec::new(), Vec::new());
         for (i, window) in windows.iter().enumerate() {
             let d = self.daylight(i, window)?;
             daylight.push(d.total);
+            daylight_direct.push(d.direct);
             daylight_error.push(d.standard_error);
         }
         self.seconds.daylight = clock.elapsed().as_secs_f64();
@@ -133,8 +139,12 @@ impl Run<'_> {
         let sensors = self.write(&lux)?;
         let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, warnings)?;
+        self.seconds.glare = clock.elapsed().as_secs_f64();
         self.seconds.total = start.elapsed().as_secs_f64();
-        let summary = self.summary(sensors, views, estimated_error, warnings);
+        let summary = self.summary(sensors, views, glare, estimated_error, warnings);
         summary.write(&self.store.summary_path())?;
         Ok(summary)
     }
@@ -183,6 +193,15 @@ impl Run<'_> {
         *Fingerprint::new(kind).add(&triangles).add(&materials).add(&device.name).add(&device.driver)
     }
 
+    /// The same with the windows that emit.
+    fn view_fingerprint(&self, kind: &str) -> Fingerprint {
+        let mut inputs = self.scene_fingerprint(kind);
+        for window in self.inputs.windows.iter().map(|w| &w.window) {
+            inputs.add(&(&window.triangles, &window.frame, &window.basis));
+        }
+        inputs
+    }
+
     /// V of all groups, computed in one pass and kept in one file per group.
     fn view(&mut self) -> Result<WithError> {
         let clock = Instant::now();
@@ -191,14 +210,11 @@ impl Run<'_> {
         let groups = &self.inputs.sensors;
         if groups.is_empty() {
             let none = Matrix::zeros(0, self.inputs.bins(), 3);
-            return Ok(WithError { total: none.clone(), standard_error: none });
+            return Ok(WithError { total: none.clone(), direct: none.clone(), standard_error: none });
         }
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
-        let mut inputs = self.scene_fingerprint("V");
-        for window in &windows {
-            inputs.add(&(&window.triangles, &window.frame, &window.basis));
-        }
+        let mut inputs = self.view_fingerprint("V");
         inputs.add(&sensors).add(&view_options(self.project, 0)).add(&rounds);
         if let Some(kept) = self.kept_view(inputs) {
             for (group, part) in groups.iter().zip(split(&kept.total, groups)) {
@@ -222,7 +238,7 @@ impl Run<'_> {
                 }
             }
         }
-        Ok(WithError { total: traced.total, standard_error: traced.standard_error })
+        Ok(WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error })
     }
 
     fn kept_view(&self, inputs: Fingerprint) -> Option<WithError> {
@@ -237,8 +253,7 @@ impl Run<'_> {
             }
             Matrix::from_data(rows, bins, 3, data).ok()
         };
-        together("_direct")?;
-        Some(WithError { total: together("")?, standard_error: together("_standard_error")? })
+        Some(WithError { total: together("")?, direct: together("_direct")?, standard_error: together("_standard_error")? })
     }
 
     fn daylight(&mut self, index: usize, window: &ProjectWindow) -> Result<WithError> {
@@ -255,9 +270,9 @@ impl Run<'_> {
         let name = format!("D_{}", window.name);
         let shape = (window.window.basis.len(), sky.len(), 3);
         let load = |suffix: &str| self.store.load(&format!("{name}{suffix}"), inputs, shape);
-        if let (Some(total), Some(_), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
+        if let (Some(total), Some(direct), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
             self.note(&name, &total, true, clock);
-            return Ok(WithError { total, standard_error });
+            return Ok(WithError { total, direct, standard_error });
         }
         let traced = average(rounds, self.progress, |round, progress| {
             let options = daylight_options(self.project, index, round);
@@ -277,7 +292,7 @@ impl Run<'_> {
             "transmission, rows outgoing bins, columns incident bins",
         )?;
         self.note(&name, &traced.total, false, clock);
-        Ok(WithError { total: traced.total, standard_error: traced.standard_error })
+        Ok(WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error })
     }
 
     fn count(&mut self, statistics: TraceStatistics, clock: Instant) {
@@ -334,6 +349,11 @@ impl Run<'_> {
     ) -> Result<Vec<ViewSummary>> {
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let mut summaries = Vec::new();
+        // Other ways to glare need no pictures of everything.
+        let needless = self.project.glare.as_ref().is_some_and(|g| g.method != GlareMethod::Image);
+        if needless && self.project.images.hours == ImageHours::None {
+            return Ok(summaries);
+        }
         for view in &self.project.views {
             let clock = Instant::now();
             self.check_stop()?;
@@ -347,10 +367,7 @@ impl Run<'_> {
                 store: self.store,
                 progress: self.progress,
             };
-            let mut inputs = self.scene_fingerprint("V of pictures");
-            for window in &windows {
-                inputs.add(&(&window.triangles, &window.frame, &window.basis));
-            }
+            let mut inputs = self.view_fingerprint("V of pictures");
             inputs.add(&view.raster()?).add(&options);
             let mut statistics = TraceStatistics::default();
             let (rows, columns, reused) = job.matrix(inputs, &mut statistics)?;
@@ -363,10 +380,39 @@ impl Run<'_> {
         Ok(summaries)
     }
 
+    /// Annual glare of all views, if the project asks for it.
+    fn glare(
+        &mut self,
+        multiplier: &dyn product::Multiplier,
+        [daylight, daylight_direct, daylight_error]: [&[Matrix<f32>]; 3],
+        sky: &Matrix<f32>,
+        warnings: &mut Warnings,
+    ) -> Result<Option<GlareSummary>> {
+        let Some(section) = &self.project.glare else { return Ok(None) };
+        let mut statistics = TraceStatistics::default();
+        let job = GlareJob {
+            device: self.device,
+            project: self.project,
+            inputs: self.inputs,
+            store: self.store,
+            progress: self.progress,
+            daylight,
+            daylight_direct,
+            daylight_error,
+            sky,
+            view_inputs: &|kind| self.view_fingerprint(kind),
+        };
+        let summary = job.run(section, multiplier, &mut statistics, warnings)?;
+        self.statistics.paths += statistics.paths;
+        self.statistics.segments += statistics.segments;
+        Ok(Some(summary))
+    }
+
     fn summary(
         &self,
         sensors: Vec<SensorSummary>,
         views: Vec<ViewSummary>,
+        glare: Option<GlareSummary>,
         estimated_error: Option<results::EstimatedError>,
         warnings: &Warnings,
     ) -> Summary {
@@ -383,6 +429,7 @@ impl Run<'_> {
             hours: self.inputs.weather.records.len(),
             sensors,
             views,
+            glare,
             matrices: self.matrices.clone(),
             product: self.product.clone(),
             seconds: self.seconds,

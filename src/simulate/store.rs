@@ -59,6 +59,16 @@ impl Store {
         Ok(path)
     }
 
+    /// Folder for the glare of a state of the façade (empty: of all), made if need be.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn glare_folder(&self, state: &str) -> Result<PathBuf> {
+        let path = if state.is_empty() { self.folder.join("glare") } else { self.folder.join("glare").join(state) };
+        std::fs::create_dir_all(&path).map_err(|e| Error::io(&path, &e))?;
+        Ok(path)
+    }
+
     /// Path of the summary.
     pub fn summary_path(&self) -> PathBuf {
         self.folder.join("summary.json")

@@ -1,5 +1,6 @@
 //! What a run did, for people and for programs: `summary.json`.
 
+use super::glare::GlareSummary;
 use super::results::EstimatedError;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
@@ -32,6 +33,8 @@ pub struct Summary {
     pub sensors: Vec<SensorSummary>,
     /// Pictures per view.
     pub views: Vec<ViewSummary>,
+    /// Annual glare, if the project asks for it.
+    pub glare: Option<GlareSummary>,
     /// The matrices.
     pub matrices: Vec<MatrixSummary>,
     /// What multiplied the matrices.
@@ -123,6 +126,8 @@ pub struct Seconds {
     pub error_estimate: f64,
     /// Writing results.
     pub write: f64,
+    /// Annual glare, its own matrices included.
+    pub glare: f64,
     /// All of it.
     pub total: f64,
 }

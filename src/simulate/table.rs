@@ -122,13 +122,22 @@ impl<'d, 'a> Table<'d, 'a> {
 
     /// A non-empty list of paths.
     pub fn required_paths(&mut self, key: &'static str, help: &str) -> Result<Vec<PathBuf>> {
-        let value = self.get(key).ok_or_else(|| self.missing(key, help))?;
+        if self.get(key).is_none() {
+            return Err(self.missing(key, help));
+        }
+        let paths = self.paths(key)?;
+        if paths.is_empty() {
+            return Err(self.error(key, "this list is empty").help(help));
+        }
+        Ok(paths)
+    }
+
+    /// A list of paths of files that exist, empty if the key is absent.
+    pub fn paths(&mut self, key: &'static str) -> Result<Vec<PathBuf>> {
+        let Some(value) = self.get(key) else { return Ok(Vec::new()) };
         let DeValue::Array(items) = value.get_ref() else {
             return Err(self.wrong_type(key, value.get_ref(), "a list of files like [\"a.rad\", \"b.rad\"]"));
         };
-        if items.is_empty() {
-            return Err(self.error(key, "this list is empty").help(help));
-        }
         let mut paths = Vec::new();
         for item in items.iter() {
             match item.get_ref() {
@@ -171,6 +180,43 @@ impl<'d, 'a> Table<'d, 'a> {
                 limits.end()
             ))),
         }
+    }
+
+    /// True or false.
+    pub fn boolean(&mut self, key: &'static str) -> Result<Option<bool>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(DeValue::Boolean(value)) => Ok(Some(*value)),
+            Some(other) => Err(self.wrong_type(key, other, "true or false")),
+        }
+    }
+
+    /// A number, whole or not, within limits.
+    pub fn number(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<f64>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(value) => self.number_of(key, value, &limits).map(Some),
+        }
+    }
+
+    /// A list of numbers within limits.
+    pub fn numbers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<Vec<f64>>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(DeValue::Array(items)) => items.iter().map(|i| self.number_of(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
+            Some(other) => Err(self.wrong_type(key, other, "a list of numbers like [8, 18]")),
+        }
+    }
+
+    fn number_of(&self, key: &str, value: &DeValue<'_>, limits: &std::ops::RangeInclusive<f64>) -> Result<f64> {
+        let number = match value {
+            DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|v| v as f64),
+            DeValue::Float(f) => f.as_str().parse().ok(),
+            other => return Err(self.wrong_type(key, other, "a number")),
+        };
+        number.filter(|v| limits.contains(v)).ok_or_else(|| {
+            self.error(key, "this number is out of range").help(format!("choose a number from {} to {}", limits.start(), limits.end()))
+        })
     }
 
     /// A list of whole numbers within limits.

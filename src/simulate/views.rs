@@ -9,16 +9,19 @@ use super::table::Table;
 use crate::camera::{Raster, View};
 use crate::error::{Error, Result, Warnings};
 use crate::files::write_atomically;
+use crate::glare::PixelGeometry;
 use crate::gpu::Device;
 use crate::image::exr;
-use crate::kernels::image_matrix::{self, ImageOptions};
+use crate::kernels::glare::BatchSums;
+use crate::kernels::image_matrix::{self, ImageOptions, PixelRows};
 use crate::kernels::product::Multiplier;
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
-use crate::matrix::file::write_float_header;
+use crate::matrix::file::{Format, write_float_header, write_matrix};
 use crate::matrix::rows::MatrixRows;
 use crate::progress::Progress;
 use crate::scene::{Scene, Window};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Most pixels in a row or column.
@@ -31,8 +34,10 @@ const PICTURE_MEMORY: u64 = 1 << 30;
 pub struct ViewSection {
     /// Name of its matrix and its folder of pictures.
     pub name: String,
-    /// View file.
+    /// View file, or the file of points that the view stands on.
     pub file: PathBuf,
+    /// The view itself, if it is not in a view file.
+    pub view: Option<View>,
     /// Most pixels per row, and most rows; pixels stay square.
     pub resolution: [usize; 2],
 }
@@ -41,14 +46,17 @@ impl ViewSection {
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let name = name(&mut table, "add name = \"desk\" or the like")?;
         let file = table.required_path("file", "add file = \"….vf\": a file with a line of view options")?;
-        let resolution = match table.integers("resolution", 1..=MOST_PIXELS)? {
-            None => [512, 512],
-            Some(size) => <[u64; 2]>::try_from(size)
-                .map_err(|_| table.error("resolution", "a resolution is two numbers").help("write resolution = [400, 400]"))?
-                .map(|n| n as usize),
-        };
+        let resolution = resolution(&mut table)?.unwrap_or([512, 512]);
         table.finish()?;
-        Ok(Self { name, file, resolution })
+        Ok(Self { name, file, view: None, resolution })
+    }
+
+    /// The view, not yet checked.
+    ///
+    /// # Errors
+    /// A view file that cannot be read or makes no sense.
+    pub fn view(&self) -> Result<View> {
+        self.view.map_or_else(|| View::read(&self.file), Ok)
     }
 
     /// Its pixels.
@@ -56,9 +64,17 @@ impl ViewSection {
     /// # Errors
     /// A view file that cannot be read or makes no sense.
     pub fn raster(&self) -> Result<Raster> {
-        let camera = View::read(&self.file)?.camera().map_err(|e| e.file(&self.file))?;
+        let camera = self.view()?.camera().map_err(|e| e.file(&self.file))?;
         Raster::fit(camera, self.resolution[0], self.resolution[1], 1.0).map_err(|e| e.file(&self.file))
     }
+}
+
+/// The key `resolution`: most pixels per row, and most rows.
+pub(super) fn resolution(table: &mut Table<'_, '_>) -> Result<Option<[usize; 2]>> {
+    let Some(size) = table.integers("resolution", 1..=MOST_PIXELS)? else { return Ok(None) };
+    let size = <[u64; 2]>::try_from(size)
+        .map_err(|_| table.error("resolution", "a resolution is two numbers").help("write resolution = [400, 400]"))?;
+    Ok(Some(size.map(|n| n as usize)))
 }
 
 /// Hours of which pictures are written.
@@ -122,7 +138,13 @@ impl ViewJob<'_> {
         let raster = self.view.raster()?;
         let bins = self.windows.iter().map(|w| w.basis.len()).sum();
         let path = self.store.matrix_path(&format!("V_{}", self.view.name));
-        if kept(&path, inputs, [raster.len(), bins]) {
+        let batches_path = self.batches_path();
+        // A view without directions (parallel) has no glare, and no need of batches.
+        let geometry = PixelGeometry::new(&raster).ok();
+        let batches = if geometry.is_some() { self.options.batches as usize } else { 0 };
+        let mut sums: Vec<BatchSums> = geometry.iter().flat_map(|g| vec![BatchSums::new(g, bins); batches]).collect();
+        let rows = sums.iter().map(BatchSums::rows).sum();
+        if kept(&path, inputs, [raster.len(), bins]) && (rows == 0 || kept(&batches_path, inputs, [rows, bins])) {
             return Ok((raster.len(), bins, true));
         }
         let header = [
@@ -136,6 +158,9 @@ impl ViewJob<'_> {
             write_float_header(out, [raster.len(), bins, 3], &header)?;
             let mut bytes = Vec::new();
             let found = image_matrix::compute(self.device, self.scene, self.windows, &raster, &self.options, self.progress, &mut |rows| {
+                if let Some(geometry) = &geometry {
+                    add_batches(&mut sums, geometry, &rows, bins);
+                }
                 bytes.clear();
                 bytes.extend(rows.values.iter().flat_map(|v| v.to_le_bytes()));
                 out.write_all(&bytes).map_err(|e| Error::io(&path, &e))
@@ -144,7 +169,19 @@ impl ViewJob<'_> {
             statistics.segments += found.segments;
             Ok(())
         })?;
+        if !sums.is_empty() {
+            let values = sums.iter().flat_map(BatchSums::sums).map(|&v| v as f32).collect();
+            let matrix = Matrix::from_data(rows, bins, 3, values)?;
+            let about = "CONTENT=independent batches of the view matrix, rows Ev and sums over blocks of pixels";
+            let header = [software(), about.to_string(), format!("{INPUTS}={inputs}")];
+            write_matrix(Some(&batches_path), &matrix, Format::Float, &header)?;
+        }
         Ok((raster.len(), bins, false))
+    }
+
+    /// Where the batches of the view matrix are kept, reduced to what the noise of glare needs.
+    pub fn batches_path(&self) -> PathBuf {
+        self.store.matrix_path(&format!("V_{}_batches", self.view.name))
     }
 
     /// Writes `images/NAME/img_%04d.hdr`, numbered by hour, from the stored view matrix. Returns how
@@ -187,6 +224,16 @@ impl ViewJob<'_> {
         write_pictures(multiplier, &mut view, &request, self.progress, warnings)?;
         Ok(hours.len())
     }
+}
+
+/// Adds the rows of some pixels to each batch's sums.
+fn add_batches(sums: &mut [BatchSums], geometry: &PixelGeometry, rows: &PixelRows, bins: usize) {
+    let (batches, row) = (sums.len(), bins * 3);
+    sums.par_iter_mut().enumerate().for_each(|(batch, sums)| {
+        for (i, values) in rows.batches.chunks_exact(batches * row).enumerate() {
+            sums.add(geometry, rows.first + i, &values[batch * row..(batch + 1) * row]);
+        }
+    });
 }
 
 /// Whether a matrix file of these inputs and shape is there, by its header alone.

@@ -101,6 +101,18 @@ pub(super) struct Packed {
     planes: Buffer,
 }
 
+/// A tile of a product that stays on the device, of one component: `[column][row]` with padding.
+pub(crate) struct TileOnDevice {
+    /// Rows of the product that it has.
+    pub rows: Chunk,
+    /// Columns.
+    pub columns: Chunk,
+    /// Values.
+    pub values: Buffer,
+    /// Distance between columns.
+    pub stride: usize,
+}
+
 /// A tile of a product as the device left it: `[component][slow][fast]` with padding.
 struct Tile {
     values: Vec<f32>,
@@ -224,6 +236,20 @@ impl OnDevice {
         columns: Chunk,
         arrangement: Arrangement,
     ) -> Result<Tile> {
+        let (product, stride, plane) = self.tile_on_device(left, right, inner, components, columns, arrangement)?;
+        Ok(Tile { values: self.device.read::<f32>(&product)?, stride, plane })
+    }
+
+    /// As [`tile`](Self::tile), left on the device, with its stride and plane.
+    fn tile_on_device(
+        &self,
+        left: &Packed,
+        right: &Packed,
+        inner: usize,
+        components: usize,
+        columns: Chunk,
+        arrangement: Arrangement,
+    ) -> Result<(Buffer, usize, usize)> {
         let padded = |len: usize| len.next_multiple_of(OUTER_MULTIPLE);
         let (rows, wide) = (padded(left.chunk.count), padded(columns.count));
         let (kernel, stride) = match arrangement {
@@ -247,7 +273,52 @@ impl OnDevice {
         let bindings = kernel.bind(&[("params", &params), ("left", &left.planes), ("right", &right.planes), ("product", &product)])?;
         let [down, along] = self.workgroup;
         self.device.dispatch(kernel, &bindings, [(wide as u32).div_ceil(along), (rows as u32).div_ceil(down), components as u32])?;
-        Ok(Tile { values: self.device.read::<f32>(&product)?, stride, plane })
+        Ok((product, stride, plane))
+    }
+
+    /// The whole product of factors with one component, tile by tile: for the same rows all columns
+    /// in their order, then the next rows. `take` may change the tile.
+    ///
+    /// # Errors
+    /// Failures of the device, and those of `take`.
+    ///
+    /// # Panics
+    /// If the factors do not fit each other or were made by another multiplier.
+    pub(crate) fn for_each_tile(&self, left: &Factor, right: &Factor, take: &mut dyn FnMut(TileOnDevice) -> Result<()>) -> Result<()> {
+        assert_eq!((left.inner, left.components, right.components), (right.inner, 1, 1));
+        let (Values::Device(a), Values::Device(b)) = (&left.values, &right.values) else {
+            panic!("the factors belong to another multiplier");
+        };
+        self.check_terms(left.inner)?;
+        for a in a {
+            let widest = self.widest_tile(a, 1);
+            for b in b {
+                for first in (0..b.chunk.count).step_by(widest) {
+                    let columns = Chunk { first, count: widest.min(b.chunk.count - first) };
+                    let (values, stride, _) = self.tile_on_device(a, b, left.inner, 1, columns, Arrangement::Columns)?;
+                    let columns = Chunk { first: b.chunk.first + first, count: columns.count };
+                    take(TileOnDevice { rows: a.chunk, columns, values, stride })?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Columns of a tile at most, a multiple of the padding.
+    fn widest_tile(&self, left: &Packed, components: usize) -> usize {
+        let bytes_per_column = (left.chunk.count.next_multiple_of(OUTER_MULTIPLE) * components * size_of::<f32>()) as u64;
+        ((self.tile_bytes / bytes_per_column.max(1)) as usize / OUTER_MULTIPLE * OUTER_MULTIPLE).max(OUTER_MULTIPLE)
+    }
+
+    /// Some drivers cut long loops short.
+    fn check_terms(&self, terms: usize) -> Result<()> {
+        match self.device.loop_limit()? {
+            Some(limit) if terms.next_multiple_of(INNER_MULTIPLE) * 2 > limit as usize => {
+                Err(Error::new(format!("sums of {terms} terms are too long for '{}'", self.device.summary().name))
+                    .help("use --device native"))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -283,23 +354,17 @@ impl Multiplier for OnDevice {
             panic!("the factors belong to another multiplier");
         };
         let (rows, components) = (left.outer, left.components);
-        if let Some(limit) = self.device.loop_limit()?
-            && left.inner.next_multiple_of(INNER_MULTIPLE) * 2 > limit as usize
-        {
-            return Err(Error::new(format!("sums of {} terms are too long for '{}'", left.inner, self.device.summary().name))
-                .help("use --device native"));
-        }
+        self.check_terms(left.inner)?;
         for a in a {
             // A tile starts at a multiple of 4 columns and is padded to whole workgroups.
-            let bytes_per_column = (a.chunk.count.next_multiple_of(OUTER_MULTIPLE) * components * size_of::<f32>()) as u64;
-            let widest = (self.tile_bytes / bytes_per_column.max(1)) as usize / OUTER_MULTIPLE * OUTER_MULTIPLE;
+            let widest = self.widest_tile(a, components);
             for b in b {
                 // The wanted columns that lie in this part, counted from its beginning.
                 let to = (first + count).saturating_sub(b.chunk.first).min(b.chunk.count);
                 let mut at = first.saturating_sub(b.chunk.first);
                 while at < to {
                     let start = at / 4 * 4;
-                    let end = (start + widest.max(OUTER_MULTIPLE)).min(to);
+                    let end = (start + widest).min(to);
                     let columns = Chunk { first: start, count: end - start };
                     let tile = self.tile(a, b, left.inner, components, columns, arrangement)?;
                     let wanted = Chunk { first: at - start, count: end - at };

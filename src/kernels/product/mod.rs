@@ -12,8 +12,10 @@ mod lanes;
 mod native;
 pub mod reference;
 
+pub(crate) use device::TileOnDevice;
 pub use device::{DeviceKernel, OnDevice};
 pub use native::Native;
+pub(crate) use native::{Strides, product_on_this_thread};
 
 use crate::error::{Error, Result};
 use crate::gpu::{Device, DeviceKind, Registered};

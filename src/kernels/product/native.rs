@@ -86,15 +86,36 @@ struct Target(*mut f32);
 unsafe impl Sync for Target {}
 
 /// Distances between neighbours in a column and in a row.
-struct Strides {
-    left: [usize; 2],
-    right: [usize; 2],
-    product: [usize; 2],
+pub(crate) struct Strides {
+    /// Of the left factor.
+    pub left: [usize; 2],
+    /// Of the right factor.
+    pub right: [usize; 2],
+    /// Of the product.
+    pub product: [usize; 2],
+}
+
+/// The product of `rows` × `terms` and `terms` × `columns` on this thread, into `product`. An entry
+/// is summed in the same way whatever the rows and columns beside it, if there are at least two of
+/// each.
+///
+/// # Panics
+/// If a factor or the product does not hold all its entries.
+pub(crate) fn product_on_this_thread([rows, terms, columns]: [usize; 3], a: &[f32], b: &[f32], product: &mut [f32], strides: &Strides) {
+    if rows == 0 || columns == 0 {
+        return;
+    }
+    assert!(terms > 0 && last(strides.product, rows, columns) < product.len(), "room for the product");
+    block(rows, columns, terms, a, b, &Target(product.as_mut_ptr()), 0, strides);
+}
+
+/// Place of the last entry.
+fn last([down, along]: [usize; 2], height: usize, width: usize) -> usize {
+    (height - 1) * down + (width - 1) * along
 }
 
 #[allow(unsafe_code, clippy::too_many_arguments)]
 fn block(rows: usize, columns: usize, terms: usize, a: &[f32], b: &[f32], target: &Target, offset: usize, strides: &Strides) {
-    let last = |[down, along]: [usize; 2], height: usize, width: usize| (height - 1) * down + (width - 1) * along;
     assert!(last(strides.left, rows, terms) < a.len() && last(strides.right, terms, columns) < b.len());
     // Strides of slices in memory fit an isize.
     let signed = |s: usize| s as isize;

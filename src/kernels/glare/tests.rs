@@ -1,0 +1,310 @@
+//! Both detectors against pictures made in f64 and analysed as pictures are.
+
+use super::*;
+use crate::camera::{Raster, View};
+use crate::glare::{Analyser, PixelGeometry, Settings, TaskArea, Threshold};
+use crate::kernels::product::{self, DeviceKernel};
+use crate::progress::Silent;
+use std::sync::Arc;
+
+/// Reproducible numbers in 0…1.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) as f32 / 16_777_216.0
+    }
+}
+
+const BINS: usize = 11;
+
+/// A view matrix: dim walls with noise, some bright rectangles of various sizes that see single
+/// bins, dark pixels in between.
+fn view_matrix(width: usize, height: usize, grey: bool, seed: u32) -> Matrix<f32> {
+    let mut random = Random(seed);
+    let mut matrix = Matrix::zeros(width * height, BINS, 3);
+    for pixel in 0..width * height {
+        if pixel % 7 == 3 {
+            continue;
+        }
+        for bin in 0..BINS {
+            let value = 0.02 * random.next();
+            for c in 0..3 {
+                matrix.at_mut(pixel, bin)[c] = if grey { value } else { value * (0.5 + random.next()) };
+            }
+        }
+    }
+    for _ in 0..9 {
+        let mut within = |n: usize| (random.next() * n as f32) as usize;
+        let (x, y) = (within(width), within(height));
+        let (w, h) = (1 + within(width / 5), 1 + within(height / 5));
+        for j in y..(y + h).min(height) {
+            for i in x..(x + w).min(width) {
+                let bin = within(BINS);
+                matrix.at_mut(j * width + i, bin).fill(0.9);
+            }
+        }
+    }
+    matrix
+}
+
+/// Radiance of the window's bins, black in every fifth hour, in others from dim to very bright.
+fn hours(count: usize, seed: u32, sign: f32) -> Matrix<f32> {
+    let mut random = Random(seed);
+    let mut matrix = Matrix::zeros(BINS, count, 3);
+    for hour in 0..count {
+        let level = if hour % 5 == 4 { 0.0 } else { 10f32.powf(3.5 * random.next() - 0.5) };
+        for bin in 0..BINS {
+            let value = sign * level * random.next().powi(3);
+            for c in 0..3 {
+                matrix.at_mut(bin, hour)[c] = value * (0.7 + 0.3 * c as f32);
+            }
+        }
+    }
+    matrix
+}
+
+fn analyser(width: usize, height: usize, settings: Settings) -> Arc<Analyser> {
+    let camera = View::parse("-vta -vp 0 0 0 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180").unwrap().camera().unwrap();
+    let geometry = PixelGeometry::new(&Raster::new(camera, width, height).unwrap()).unwrap();
+    Arc::new(Analyser::new(Arc::new(geometry), settings).unwrap())
+}
+
+fn detectors(what: &str) -> Vec<Box<dyn Detector>> {
+    let mut all: Vec<Box<dyn Detector>> = vec![Box::new(Native)];
+    if let Some(device) = Device::for_tests(what) {
+        let product = product::OnDevice::with_kernel(&device, DeviceKernel::Tiled).unwrap();
+        all.push(Box::new(OnDevice::with_product(&device, product).unwrap()));
+    }
+    all
+}
+
+fn run(detector: &dyn Detector, analyser: &Arc<Analyser>, lefts: &[&Matrix<f32>], options: StackOptions, request: &Year) -> Vec<HourGlare> {
+    let mut sources: Vec<InMemory> = lefts.iter().map(|m| InMemory::new(m)).collect();
+    let sources = sources.iter_mut().map(|s| s as &mut dyn PixelSource).collect();
+    let stack = Stack::new(analyser.clone(), sources, options).unwrap();
+    year(detector, &stack, request, &Silent).unwrap()
+}
+
+/// What a picture in f64 (rounded to f32 as pictures are) gives.
+fn expected(analyser: &Analyser, picture: &[f64]) -> crate::glare::Glare {
+    let picture: Vec<f32> = picture.iter().map(|&l| l.max(0.0) as f32).collect();
+    analyser.analyse(&picture, None).unwrap()
+}
+
+fn compare(what: &str, found: &HourGlare, wanted: &crate::glare::Glare) {
+    let near = |a: f64, b: f64, relative: f64| (a - b).abs() <= relative * b.abs().max(1.0);
+    assert_eq!(found.sources, wanted.sources.len(), "{what}");
+    assert!((found.indices.dgp - wanted.indices.dgp).abs() < 1e-5, "{what}: {} {}", found.indices.dgp, wanted.indices.dgp);
+    assert!(near(found.vertical_illuminance, wanted.vertical_illuminance, 1e-5), "{what}");
+    assert!(near(found.average_luminance, wanted.average_luminance, 1e-5), "{what}");
+    assert!(near(found.background_luminance, wanted.background_luminance, 1e-3), "{what}");
+    for (a, b) in [
+        (found.indices.ugr, wanted.indices.ugr),
+        (found.indices.dgi, wanted.indices.dgi),
+        (found.indices.vcp, wanted.indices.vcp),
+        (found.indices.cgi, wanted.indices.cgi),
+        (found.threshold, wanted.threshold),
+    ] {
+        assert!(near(a, b, 1e-3), "{what}: {found:?} {wanted:?}");
+    }
+}
+
+#[test]
+fn every_hour_is_that_of_its_picture() {
+    let task = TaskArea { x: 20.0, y: 12.0, opening_angle: 0.7 };
+    let thresholds = [
+        Settings::default(),
+        Settings { threshold: Threshold::TimesAverage(5.0), ..Settings::default() },
+        Settings { threshold: Threshold::TimesTask(4.0), task: Some(task), peak_limit: None, ..Settings::default() },
+        Settings { field_of_view: crate::glare::FieldOfView::Binocular, ..Settings::default() },
+    ];
+    let mut with_sources = 0;
+    for detector in detectors("fused glare") {
+        for (i, settings) in thresholds.iter().enumerate() {
+            for grey in [true, false] {
+                // Sizes that are no multiples of the tiles'.
+                let [width, height] = [[41, 37], [48, 48]][i % 2];
+                let analyser = analyser(width, height, settings.clone());
+                let (v, x) = (view_matrix(width, height, grey, 1 + i as u32), hours(23, 7 + i as u32, 1.0));
+                let found = run(&*detector, &analyser, &[&v], StackOptions::default(), &Year::new(&[&x]));
+                let pictures = reference::luminance(&[(&v, &x)]);
+                for (hour, (found, picture)) in found.iter().zip(&pictures).enumerate() {
+                    let wanted = expected(&analyser, picture);
+                    compare(&format!("{} settings {i} grey {grey} hour {hour}", detector.description()), found, &wanted);
+                    with_sources += usize::from(!wanted.sources.is_empty());
+                }
+            }
+        }
+    }
+    assert!(with_sources > 30, "only {with_sources} hours had sources");
+}
+
+#[test]
+fn one_channel_is_kept_only_of_grey_pictures() {
+    let analyser = analyser(20, 20, Settings::default());
+    for (grey, terms) in [(true, BINS), (false, 3 * BINS)] {
+        let v = view_matrix(20, 20, grey, 3);
+        let mut source = InMemory::new(&v);
+        let stack = Stack::new(analyser.clone(), vec![&mut source], StackOptions::default()).unwrap();
+        assert_eq!((stack.is_grey(), stack.terms()), (grey, terms));
+    }
+    // One coloured pixel near the end is enough.
+    let mut v = view_matrix(20, 20, true, 3);
+    v.at_mut(310, 2)[1] += 0.01;
+    let mut source = InMemory::new(&v);
+    let stack = Stack::new(analyser, vec![&mut source], StackOptions::default()).unwrap();
+    assert!(!stack.is_grey());
+}
+
+/// All numbers of all hours, as bits.
+fn bits(year: &[HourGlare]) -> Vec<u64> {
+    year.iter()
+        .flat_map(|h| {
+            let i = &h.indices;
+            [i.dgp, i.dgi, i.ugr, i.vcp, i.cgi, i.ugp, h.vertical_illuminance, h.average_luminance, h.standard_error, h.sources as f64]
+        })
+        .map(f64::to_bits)
+        .collect()
+}
+
+#[test]
+fn bits_do_not_depend_on_passes_memory_or_skipping() {
+    let analyser = analyser(53, 45, Settings::default());
+    for detector in detectors("fused glare in tiles") {
+        for grey in [true, false] {
+            let (v, x) = (view_matrix(53, 45, grey, 5), hours(29, 8, 1.0));
+            let rights = [&x];
+            let whole = run(&*detector, &analyser, &[&v], StackOptions::default(), &Year::new(&rights));
+            assert!(whole.iter().any(|h| h.sources > 1));
+            for hours_per_pass in [1, 2, 7, 28] {
+                let request = Year { hours_per_pass, ..Year::new(&rights) };
+                let some = run(&*detector, &analyser, &[&v], StackOptions::default(), &request);
+                assert!(bits(&some) == bits(&whole), "{} hours per pass", hours_per_pass);
+            }
+            let unskipped = run(&*detector, &analyser, &[&v], StackOptions::default(), &Year { skip: false, ..Year::new(&rights) });
+            assert!(bits(&unskipped) == bits(&whole), "without skipping");
+            let streamed = StackOptions { memory: 1, ..StackOptions::default() };
+            let streamed = run(&*detector, &analyser, &[&v], streamed, &Year { hours_per_pass: 10, ..Year::new(&rights) });
+            assert!(bits(&streamed) == bits(&whole), "streamed");
+            let little = Year { memory: 1, ..Year::new(&rights) };
+            assert!(bits(&run(&*detector, &analyser, &[&v], StackOptions::default(), &little)) == bits(&whole));
+        }
+    }
+}
+
+/// A sun in a few hours, on pixels that see no window too.
+struct Sun;
+
+impl Additions for Sun {
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<(u32, f32)>) -> Result<()> {
+        if hour.is_multiple_of(3) {
+            pixels.extend((0..6).map(|i| (700 + 53 * i + hour as u32, 1e3 * (hour * 40 + i as usize) as f32)));
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn sums_of_several_terms_and_additional_light_are_pictures_too() {
+    let analyser = analyser(53, 45, Settings::default());
+    let (v, direct) = (view_matrix(53, 45, true, 11), view_matrix(53, 45, true, 12));
+    let x = hours(17, 13, 1.0);
+    // Less than what it is taken from, as in the five-phase method.
+    let mut less = hours(17, 13, -0.4);
+    less.data_mut().iter_mut().for_each(|v| *v *= 0.5);
+    let mut smaller = direct.clone();
+    smaller.data_mut().iter_mut().zip(v.data()).for_each(|(d, v)| *d = d.min(*v));
+    let options = StackOptions { dark_pixels: true, ..StackOptions::default() };
+    let mut pictures = reference::luminance(&[(&v, &x), (&smaller, &less)]);
+    for (hour, picture) in pictures.iter_mut().enumerate() {
+        let mut added = Vec::new();
+        Sun.of_hour(hour, &mut added).unwrap();
+        added.iter().for_each(|&(p, l)| picture[p as usize] += f64::from(l));
+    }
+    for detector in detectors("fused glare of several terms") {
+        let rights = [&x, &less];
+        let request = Year { additions: Some(&Sun), ..Year::new(&rights) };
+        let found = run(&*detector, &analyser, &[&v, &smaller], options, &request);
+        for (hour, (found, picture)) in found.iter().zip(&pictures).enumerate() {
+            compare(&format!("{} hour {hour}", detector.description()), found, &expected(&analyser, picture));
+        }
+        let unskipped = Year { skip: false, hours_per_pass: 4, ..request };
+        assert!(bits(&run(&*detector, &analyser, &[&v, &smaller], options, &unskipped)) == bits(&found));
+    }
+}
+
+#[test]
+fn a_veil_spreads_peaks_as_in_a_picture() {
+    let settings = Settings { peak_limit: Some(20_000.0), ..Settings::default() };
+    let analyser = analyser(53, 45, settings);
+    let (v, x) = (view_matrix(53, 45, true, 11), hours(17, 13, 1.0));
+    let options = StackOptions { veil: Some(6.0), ..StackOptions::default() };
+    let mut spread = 0;
+    for detector in detectors("fused glare with a veil") {
+        let rights = [&x];
+        let found = run(&*detector, &analyser, &[&v], options, &Year::new(&rights));
+        for (hour, (found, picture)) in found.iter().zip(reference::luminance(&[(&v, &x)])).enumerate() {
+            let mut picture: Vec<f32> = picture.iter().map(|&l| l as f32).collect();
+            let plain = analyser.analyse(&picture, None).unwrap();
+            crate::glare::veil::spread_peaks(&mut picture, analyser.geometry(), 20_000.0, 6.0).unwrap();
+            let wanted = analyser.analyse(&picture, None).unwrap();
+            compare(&format!("{} hour {hour}", detector.description()), found, &wanted);
+            spread += usize::from((plain.indices.dgp - wanted.indices.dgp).abs() > 1e-3);
+        }
+    }
+    assert!(spread > 0, "the veil changed nothing");
+}
+
+#[test]
+fn faults_planted_in_the_shaders_are_found() {
+    let Some(device) = Device::for_tests("faults planted in glare shaders") else { return };
+    let analyser = analyser(53, 45, Settings::default());
+    // More hours than the smallest tile of a product.
+    let (v, x) = (view_matrix(53, 45, true, 11), hours(140, 13, 1.0));
+    let options = StackOptions { dark_pixels: true, ..StackOptions::default() };
+    let rights = [&x];
+    let request = Year { additions: Some(&Sun), ..Year::new(&rights) };
+    let wanted = run(&Native, &analyser, &[&v], options, &request);
+    let faults = [
+        ("glare/compact", "value > threshold", "value >= 0.5 * threshold"),
+        ("glare/compact", "* EACH;", "* (EACH - 1u);"),
+        ("glare/compact", "sums[lane] - own", "sums[lane]"),
+        ("glare/compact", "step *= 2u", "step *= 4u"),
+        ("glare/compact", "params.first_hour + hour", "params.first_hour"),
+        ("glare/add", "+= bitcast", "= bitcast"),
+    ];
+    for (path, from, to) in faults {
+        let product = product::OnDevice::with_kernel(&device, DeviceKernel::Tiled).unwrap().tiles_of(1);
+        let faulty = OnDevice::build(&device, product, |at, text| {
+            assert!(at != path || text.contains(from), "{path} no longer contains '{from}'");
+            if at == path { text.replace(from, to) } else { text.to_string() }
+        })
+        .unwrap();
+        let mut source = InMemory::new(&v);
+        let stack = Stack::new(analyser.clone(), vec![&mut source], options).unwrap();
+        let found = year(&faulty, &stack, &request, &Silent);
+        let same =
+            found.is_ok_and(|f| f.iter().zip(&wanted).all(|(a, b)| a.sources == b.sources && (a.indices.dgp - b.indices.dgp).abs() < 1e-5));
+        assert!(!same, "nobody noticed '{to}' in {path}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_an_error() {
+    let analyser = analyser(20, 20, Settings::default());
+    let (v, x) = (view_matrix(20, 20, true, 1), hours(3, 1, 1.0));
+    let short = view_matrix(20, 19, true, 1);
+    let mut source = InMemory::new(&short);
+    assert!(Stack::new(analyser.clone(), vec![&mut source], StackOptions::default()).err().unwrap().to_string().contains("fewer rows"));
+    let mut source = InMemory::new(&v);
+    let stack = Stack::new(analyser, vec![&mut source], StackOptions::default()).unwrap();
+    let wrong = Matrix::<f32>::zeros(BINS + 1, 3, 3);
+    assert!(year(&Native, &stack, &Year::new(&[&wrong]), &Silent).is_err());
+    let rights = [&x];
+    assert!(year(&Native, &stack, &Year { illuminance: Some(&[1.0]), ..Year::new(&rights) }, &Silent).is_err());
+    // Light may be added only where it was provided for.
+    let error = year(&Native, &stack, &Year { additions: Some(&Sun), ..Year::new(&rights) }, &Silent).unwrap_err();
+    assert!(error.to_string().contains("added in hour 0"), "{error}");
+}

@@ -1,0 +1,244 @@
+//! Annual glare of the shipped office as users run it: all files, and every number against float
+//! pictures of the same hours given to `lucarne glare`.
+
+use lucarne::Warnings;
+use lucarne::gpu::Device;
+use lucarne::image::exr;
+use lucarne::kernels::product::Native;
+use lucarne::matrix::Matrix;
+use lucarne::matrix::file::read_matrix;
+use lucarne::simulate::multiply::{Factor, product};
+use lucarne::simulate::pictures::{Output, PictureView, Request, write_pictures};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn office() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/office")
+}
+
+/// Whether kernels can run here. Says so when they cannot; fails where they must
+/// (`LUCARNE_REQUIRE_GPU=1`).
+fn has_device() -> bool {
+    match Device::shared() {
+        Ok(_) => true,
+        Err(error) => {
+            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "{error}");
+            eprintln!("SKIPPED annual glare: {error}");
+            false
+        }
+    }
+}
+
+fn lucarne(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_lucarne")).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// A copy of the office whose project has a small view, coarse matrices and these lines of glare.
+fn project(folder: &Path, name: &str, windows: &str, glare: &str) -> PathBuf {
+    let text = format!(
+        "[weather]\nfile = \"weather/new_york.wea\"\n[scene]\nfiles = [\"materials.rad\", \"office.rad\"]\n{windows}\n\
+         [[view]]\nname = \"desk\"\nfile = \"views/desk.vf\"\nresolution = [48, 48]\n\
+         [glare]\n{glare}\n[quality]\npreset = \"draft\"\n"
+    );
+    for sub in ["weather", "windows", "bsdf", "views", "objects"] {
+        std::fs::create_dir_all(folder.join(sub)).unwrap();
+        for file in std::fs::read_dir(office().join(sub)).unwrap() {
+            let file = file.unwrap().path();
+            std::fs::copy(&file, folder.join(sub).join(file.file_name().unwrap())).unwrap();
+        }
+    }
+    for file in ["materials.rad", "office.rad"] {
+        std::fs::copy(office().join(file), folder.join(file)).unwrap();
+    }
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+const WINDOWS: &str = "[[window]]\nname = \"vision\"\nsurface = \"windows/vision.rad\"\nbsdf = \"bsdf/blind.xml\"\n\
+                       [[window]]\nname = \"clerestory\"\nsurface = \"windows/clerestory.rad\"\nbsdf = \"bsdf/double_clear.xml\"";
+
+/// Rows of a CSV file by column.
+fn table(text: &str) -> Vec<HashMap<String, String>> {
+    let mut lines = text.lines().take_while(|l| !l.is_empty());
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    lines.map(|l| names.iter().map(|n| (*n).to_string()).zip(l.split(',').map(str::to_string)).collect()).collect()
+}
+
+fn csv(path: &Path) -> Vec<HashMap<String, String>> {
+    table(&std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())))
+}
+
+fn number(row: &HashMap<String, String>, key: &str) -> f64 {
+    row[key].parse().unwrap()
+}
+
+fn matrix(out: &Path, name: &str) -> Matrix<f32> {
+    read_matrix(&out.join("matrices").join(format!("{name}.mtx"))).unwrap().matrix
+}
+
+/// Float pictures of some hours from the run's own matrices.
+fn write_hours(out: &Path, view: &str, hours: &[usize], pattern: &str) {
+    let mut data = Vec::new();
+    for window in ["vision", "clerestory"] {
+        let factors = ["T", "D"].map(|kind| format!("{kind}_{window}")).map(|name| Factor { matrix: matrix(out, &name), name });
+        let sky = Factor { name: "S".into(), matrix: matrix(out, "S") };
+        let [t, d] = factors;
+        data.extend(product(&Native, vec![t, d, sky], Some(hours)).unwrap().into_data());
+    }
+    let bins = data.len() / hours.len() / 3;
+    let coefficients = Matrix::from_data(bins, hours.len(), 3, data).unwrap();
+    let mut view = PictureView::open(&out.join("matrices").join(format!("{view}.mtx")).display().to_string(), None).unwrap();
+    let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
+    let output = Output::parse(&out.join(pattern).display().to_string(), options).unwrap();
+    let request = Request { coefficients: &coefficients, hours, output: &output, header: &[], memory: 1 << 28 };
+    write_pictures(&Native, &mut view, &request, &lucarne::progress::Silent, &mut Warnings::new()).unwrap();
+}
+
+#[test]
+fn the_year_is_that_of_float_pictures_and_all_files_are_there() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let project_file = project(folder.path(), "project.toml", WINDOWS, "method = \"image\"\noccupied = [9, 17]");
+    let out = folder.path().join("out");
+    lucarne(&["run", project_file.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    for file in ["desk.csv", "desk.png", "desk.svg", "annual.csv", "undecided.csv", "image.dgp"] {
+        assert!(out.join("glare").join(file).metadata().unwrap().len() > 0, "{file}");
+    }
+    let text = std::fs::read_to_string(out.join("glare/desk.csv")).unwrap();
+    assert!(text.starts_with("hour,dgp,dgp_standard_error,ev_lux,sources,class\n"));
+    let year = table(&text);
+    assert_eq!(year.len(), 8760);
+
+    // Hours of every kind: the brightest, some with sources, some without, one of night.
+    let mut by_dgp: Vec<usize> = (0..8760).collect();
+    by_dgp.sort_by(|&a, &b| number(&year[a], "dgp").total_cmp(&number(&year[b], "dgp")));
+    let lit: Vec<usize> = by_dgp.iter().copied().filter(|&h| number(&year[h], "ev_lux") > 0.0).collect();
+    let mut hours: Vec<usize> = (0..24).map(|i| lit[i * (lit.len() - 1) / 23]).collect();
+    hours.push(0);
+    hours.sort_unstable();
+    hours.dedup();
+    write_hours(&out, "V_desk", &hours, "hour_%04d.exr");
+    let files: Vec<String> = hours.iter().map(|h| out.join(format!("hour_{h:04}.exr")).display().to_string()).collect();
+    let mut arguments = vec!["glare"];
+    arguments.extend(files.iter().map(String::as_str));
+    let mut with_sources = 0;
+    for (row, &hour) in table(&lucarne(&arguments)).iter().zip(&hours) {
+        let fused = &year[hour];
+        let difference = number(row, "dgp") - number(fused, "dgp");
+        assert!(difference.abs() < 1e-4, "hour {hour}: DGP {} {}", row["dgp"], fused["dgp"]);
+        assert_eq!(row["sources"], fused["sources"], "hour {hour}");
+        let (a, b) = (number(row, "ev_lux"), number(fused, "ev_lux"));
+        assert!((a - b).abs() <= 1e-4 * b + 0.01, "hour {hour}: Ev {a} {b}");
+        with_sources += usize::from(number(fused, "sources") > 0.0);
+    }
+    assert!(with_sources > 5, "only {with_sources} hours have sources");
+
+    // The summary counts what the table has.
+    let annual = &csv(&out.join("glare/annual.csv"))[0];
+    assert_eq!((annual["view"].as_str(), annual["occupied_hours"].as_str()), ("desk", "2920"));
+    for class in ["imperceptible", "perceptible", "disturbing", "intolerable"] {
+        let counted = year.iter().enumerate().filter(|(h, r)| (9..17).contains(&(h % 24)) && r["class"] == class).count();
+        assert_eq!(annual[&format!("{class}_hours")], counted.to_string(), "{class}");
+    }
+    assert_eq!(csv(&out.join("glare/undecided.csv")).len() as f64, number(annual, "undecided_hours"));
+    let dgp = read_matrix(&out.join("glare/image.dgp")).unwrap().matrix;
+    assert_eq!((dgp.rows(), dgp.cols(), dgp.components()), (1, 8760, 1));
+    for (value, row) in dgp.data().iter().zip(&year) {
+        assert!((f64::from(*value) - number(row, "dgp")).abs() < 1e-6);
+    }
+
+    // A second run finds the matrices there and gives the same bits.
+    let again = lucarne(&["run", project_file.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    drop(again);
+    assert_eq!(std::fs::read_to_string(out.join("glare/desk.csv")).unwrap(), text);
+    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert!(summary["matrices"].as_array().unwrap().iter().all(|m| m["reused"] == true));
+    assert_eq!(summary["glare"]["method"], "image");
+
+    // The other ways share V of the eyes and D; all see the same light.
+    let ways = ["edgps", "dgps", "imageless"].map(|method| {
+        let file = project(folder.path(), &format!("{method}.toml"), WINDOWS, &format!("method = \"{method}\""));
+        lucarne(&["run", file.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+        assert!(out.join(format!("glare/{method}.dgp")).is_file());
+        csv(&out.join("glare/desk.csv"))
+    });
+    let mean = |rows: &[HashMap<String, String>], key: &str| rows.iter().map(|r| number(r, key)).sum::<f64>() / rows.len() as f64;
+    for (way, rows) in ["edgps", "dgps", "imageless"].iter().zip(&ways) {
+        // A picture of 48² pixels and the sensor's samples differ by some per cent.
+        let (a, b) = (mean(rows, "ev_lux"), mean(&year, "ev_lux"));
+        assert!((a / b - 1.0).abs() < 0.05, "{way}: Ev {a} {b}");
+    }
+    for (row, image) in ways[0].iter().zip(&year) {
+        // Few sources are not windows: eDGPs is DGP here.
+        assert!((number(row, "dgp") - number(image, "dgp")).abs() < 0.05, "{row:?} {image:?}");
+    }
+    for row in &ways[1] {
+        let simplified = (6.22e-5 * number(row, "ev_lux") + 0.184).min(1.0);
+        assert!((number(row, "dgp") - simplified).abs() < 1e-5);
+    }
+    assert!(ways[2].iter().any(|r| number(r, "sources") > 0.0));
+}
+
+#[test]
+fn states_and_points_share_matrices_and_give_a_result_each() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let states = WINDOWS.replacen("bsdf = \"bsdf/blind.xml\"", "states = [\"bsdf/blind.xml\", \"bsdf/double_clear.xml\"]", 1);
+    let file = project(folder.path(), "project.toml", &states, "method = \"dgps\"");
+    std::fs::write(folder.path().join("seats.txt"), "2.7 2.3 1.2 0 -1 0\n0.9 4.2 1.2 1 0 0\n").unwrap();
+    let grid = "[[views]]\nname = \"seats\"\npoints = \"seats.txt\"\ndirections = [90, 180]\n";
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, format!("{grid}{text}")).unwrap();
+    let out = folder.path().join("out");
+    lucarne(&["run", file.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    let annual = csv(&out.join("glare/annual.csv"));
+    let names: Vec<(&str, &str)> = annual.iter().map(|r| (r["view"].as_str(), r["state"].as_str())).collect();
+    let views = ["desk", "seats-001-090", "seats-001-180", "seats-002-090", "seats-002-180"];
+    let wanted: Vec<(&str, &str)> = views.iter().flat_map(|v| [(*v, "blind"), (*v, "double_clear")]).collect();
+    assert_eq!(names, wanted);
+    let year = |state: &str, view: &str| csv(&out.join(format!("glare/{state}/{view}.csv")));
+    let ev = |rows: &[HashMap<String, String>]| rows.iter().map(|r| number(r, "ev_lux")).sum::<f64>();
+    assert!(ev(&year("double_clear", "desk")) > 1.5 * ev(&year("blind", "desk")), "blinds keep light out");
+    // The desk looks south from the first seat.
+    let (desk, seat) = (year("blind", "desk"), year("blind", "seats-001-180"));
+    assert!((ev(&desk) / ev(&seat) - 1.0).abs() < 0.02);
+    let dgp = read_matrix(&out.join("glare/blind/dgps.dgp")).unwrap().matrix;
+    assert_eq!((dgp.rows(), dgp.cols()), (5, 8760));
+}
+
+#[test]
+fn faults_of_the_section_are_answered_with_line_and_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let complaint = |windows: &str, glare: &str| {
+        let file = project(folder.path(), "project.toml", windows, glare);
+        let run =
+            Command::new(env!("CARGO_BIN_EXE_lucarne")).args(["run", file.to_str().unwrap(), "-o"]).arg(folder.path().join("out")).output();
+        let run = run.unwrap();
+        assert!(!run.status.success(), "{glare}");
+        String::from_utf8(run.stderr).unwrap()
+    };
+    let two = WINDOWS.replacen("bsdf = \"bsdf/blind.xml\"", "states = [\"bsdf/blind.xml\", \"bsdf/double_clear.xml\"]", 1);
+    let both = two.replacen("bsdf = \"bsdf/double_clear.xml\"", "states = [\"bsdf/blind.xml\"]", 1);
+    for (windows, glare, words) in [
+        (WINDOWS, "method = \"pictures\"", &["glare.method", "\"imageless\""][..]),
+        (WINDOWS, "treshold = 5", &["'treshold'", "did you mean 'threshold'?"]),
+        (WINDOWS, "occupied = [18, 8]", &["glare.occupied", "[8, 18]"]),
+        (WINDOWS, "threshold = -3", &["glare.threshold", "out of range"]),
+        (WINDOWS, "veil = \"sun\"", &["glare.veil", "not a number"]),
+        (WINDOWS, "method = \"imageless\"\nthreshold = 7", &["glare.threshold", "average"]),
+        (WINDOWS, "method = \"dgps\"\nveil = 0.5", &["glare.veil", "pictures"]),
+        (WINDOWS, "task = [10, 20]", &["glare.task", "opening angle"]),
+        (&both, "", &["2 states", "'clerestory' has 1"]),
+    ] {
+        let text = complaint(windows, glare);
+        assert!(words.iter().all(|w| text.contains(w)) && text.contains("project.toml:"), "{text}");
+    }
+}
