@@ -4,6 +4,9 @@ pub mod disc;
 mod export;
 mod lobe;
 pub mod model;
+mod paint;
 mod panel;
+mod side;
 
-pub use panel::{BsdfPanel, palette_choice};
+pub use paint::palette_choice;
+pub use panel::BsdfPanel;
