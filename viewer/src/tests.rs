@@ -149,7 +149,7 @@ fn a_bsdf_over_a_year_is_another_state_of_the_facade() {
     window.settle(&mut app).unwrap();
     assert_eq!(app.first_error(), None);
     assert_eq!((app.views.panel, app.views.year.fractions.as_slice()), (PanelKind::Year, &[1.0][..]));
-    assert!(shows(&window, "→ double_clear.xml"));
+    assert!(shows(&window, "to double_clear.xml"));
 }
 
 #[test]
@@ -338,4 +338,49 @@ fn a_changed_picture_is_noticed() {
     }
     assert_eq!(differing(&white, &white, [w, h]), 0.0);
     assert_eq!(differing(&white, &other, [w, h]), 4.0 / 64.0);
+}
+
+/// Pictures of what no option reaches, for looking at: into the folder LUCARNE_VIEWER_GALLERY, of the
+/// result folder LUCARNE_VIEWER_RESULTS.
+#[test]
+#[ignore = "writes pictures to look at"]
+fn gallery() {
+    let folder = PathBuf::from(std::env::var_os("LUCARNE_VIEWER_GALLERY").expect("LUCARNE_VIEWER_GALLERY names a folder"));
+    let results = PathBuf::from(std::env::var_os("LUCARNE_VIEWER_RESULTS").expect("LUCARNE_VIEWER_RESULTS names a result folder"));
+    let (mut window, mut app) = open(&[&results], Some(PanelKind::Grid));
+    let write = |window: &mut Offscreen, app: &mut App, name: &str| {
+        window.settle(app).unwrap();
+        let rgba = window.pixels().unwrap();
+        crate::offscreen::write_png(&folder.join(name), [1280, 800], &rgba).unwrap();
+    };
+    window.key(&mut app, Key::Num3, Modifiers::NONE);
+    write(&mut window, &mut app, "grid_space.png");
+    window.key(&mut app, Key::Num1, Modifiers::COMMAND);
+    window.key(&mut app, Key::W, Modifiers::NONE);
+    write(&mut window, &mut app, "year_worst.png");
+    window.key(&mut app, Key::F1, Modifiers::NONE);
+    write(&mut window, &mut app, "keys.png");
+    window.key(&mut app, Key::Escape, Modifiers::NONE);
+    window.key(&mut app, Key::D, Modifiers::COMMAND);
+    app.views.year.mode = crate::picture::model::Mode::Photograph;
+    app.open(&scenes("office/bsdf/double_clear.xml"));
+    window.settle(&mut app).unwrap();
+    app.views.year.fractions[0] = 0.5;
+    write(&mut window, &mut app, "year_state.png");
+    app.open(&results.join("matrices/T_vision.mtx"));
+    write(&mut window, &mut app, "matrix.png");
+}
+
+#[test]
+fn hemispheres_are_saved_as_png_and_svg() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = crate::bsdf::model::BsdfFile::read(&scenes("office/bsdf/blind.xml")).unwrap();
+    let (png, svg) = (folder.path().join("a.png"), folder.path().join("a.svg"));
+    for path in [&png, &svg] {
+        crate::bsdf::export::write(&[&file, &file], &Default::default(), path).unwrap();
+    }
+    assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
+    let text = std::fs::read_to_string(&svg).unwrap();
+    assert!(text.contains("Transmission Front") && text.contains("blind.xml"), "titles are in the drawing");
+    assert!(crate::bsdf::export::write(&[], &Default::default(), &png).is_err());
 }

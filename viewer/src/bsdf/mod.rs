@@ -1,7 +1,7 @@
 //! The BSDF panel.
 
 pub mod disc;
-mod export;
+pub mod export;
 mod lobe;
 pub mod model;
 mod paint;

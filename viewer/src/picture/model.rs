@@ -58,11 +58,20 @@ impl PictureFile {
 
     /// Value that only one lit pixel in 200 exceeds, for automatic scales.
     pub fn typical_maximum(&self) -> f64 {
+        self.exceeded_by(0.005)
+    }
+
+    /// Luminance that one lit pixel in 20 exceeds: white of a photograph.
+    pub fn white(&self) -> f64 {
+        self.exceeded_by(0.05)
+    }
+
+    fn exceeded_by(&self, share: f64) -> f64 {
         let mut lit: Vec<f32> = self.luminance.iter().copied().filter(|v| *v > 0.0).collect();
         if lit.is_empty() {
             return 1.0;
         }
-        let k = ((lit.len() - 1) as f64 * 0.995) as usize;
+        let k = ((lit.len() - 1) as f64 * (1.0 - share)) as usize;
         f64::from(*lit.select_nth_unstable_by(k, f32::total_cmp).1)
     }
 

@@ -2,6 +2,7 @@
 
 use super::YearPanel;
 use super::model::{View, steps_per_day};
+use super::panel::plan_group;
 use crate::grid;
 use crate::picture::model::Mode;
 use crate::picture::show;
@@ -36,12 +37,13 @@ impl YearPanel {
     }
 
     pub(super) fn plan(&mut self, ui: &mut egui::Ui, rect: Rect, view: &View, results: &Arc<Results>) {
-        let Some((_, group)) = results.groups.iter().enumerate().find(|(_, g)| !g.positions.is_empty()) else { return };
+        let index = plan_group(results);
+        let Some(group) = results.groups.get(index).filter(|g| !g.positions.is_empty()) else { return };
         let lux = self.states.lux(&view.fractions);
-        let index = results.groups.iter().position(|g| std::ptr::eq(g, group)).unwrap_or(0);
         let matrix = lux.as_ref().and_then(|l| l.1.get(index)).unwrap_or(&group.lux);
         let values: Vec<f64> = (0..matrix.rows()).map(|s| f64::from(matrix.at(s, view.hour)[0])).collect();
-        let scale = view.carpet.scale(self.values.2);
+        // One scale for carpet and plan where both show illuminance.
+        let scale = view.carpet.scale(if view.quantity.is_glare() { self.plan_maximum } else { self.values.2 });
         let title = format!("{} on the plan, lx", group.name);
         if let Some(said) = grid::plan::hour_plan(ui, rect, results, group, &values, view.palette, &scale, &title) {
             self.readout = said;
@@ -65,7 +67,7 @@ impl YearPanel {
         let texture = self.picture.get(ui.ctx(), key, false, || show::image(&shown.file, &view.picture_view(), maximum));
         ui.painter().image(texture, place, Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0)), Color32::WHITE);
         ui.painter().rect_stroke(place, 0.0, Stroke::new(1.0, plot::axis(ui)), egui::StrokeKind::Outside);
-        let glare = self.glare.as_ref().filter(|(hour, _)| *hour == shown.wish.hour).and_then(|(_, j)| j.as_ref());
+        let glare = self.glare.as_ref().filter(|(wish, _)| *wish == shown.wish).and_then(|(_, j)| j.as_ref());
         let screen = |x: f64, y: f64| place.min + vec2(x as f32, y as f32) * unit;
         if view.sources
             && let Some(j) = glare
@@ -103,11 +105,12 @@ impl YearPanel {
         if let Some(j) = glare {
             let i = &j.glare.indices;
             lines.push((format!("DGP {:.3}", i.dgp), true));
-            lines.push((crate::results::CLASSES[crate::results::class_of(i.dgp) as usize].into(), false));
-            lines.push(("of this picture".into(), false));
+            let class = crate::results::CLASSES[crate::results::class_of(i.dgp) as usize];
+            lines.push((format!("of this picture: {class}"), false));
             lines.push((format!("Ev {} lx", rounded_number(j.glare.vertical_illuminance)), false));
             lines.push((format!("UGR {}", if i.ugr < 0.0 { "–".into() } else { format!("{:.1}", i.ugr) }), false));
-            lines.push((format!("{} glare sources", j.glare.sources.len()), false));
+            let count = j.glare.sources.len();
+            lines.push((format!("{count} glare source{}", if count == 1 { "" } else { "s" }), false));
             if j.partial {
                 lines.push(("the view is no hemisphere:".into(), false));
                 lines.push(("Ev and DGP are too low".into(), false));

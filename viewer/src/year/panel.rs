@@ -1,7 +1,7 @@
 //! Painting the Year panel and taking its clicks.
 
 use super::carpet;
-use super::model::{View, glare_quantity, steps_per_day, typical_maximum, worst};
+use super::model::{Quantity, View, glare_quantity, steps_per_day, typical_maximum, worst};
 use super::scrub::{Answer, Scrubber, Wish};
 use super::states::States;
 use crate::app::Outbox;
@@ -23,7 +23,7 @@ pub struct YearPanel {
     pub(super) carpet: CachedTexture,
     pub(super) scrubber: Option<Scrubber>,
     pub(super) shown: Option<Shown>,
-    pub(super) glare: Option<(usize, Option<Judged>)>,
+    pub(super) glare: Option<(Wish, Option<Judged>)>,
     pub(super) picture: CachedTexture,
     pub(super) failed: Option<String>,
     pub(super) states: States,
@@ -31,6 +31,8 @@ pub struct YearPanel {
     pub(super) sky: Derived<String, Option<Matrix<f32>>>,
     pub(super) dome: CachedTexture,
     pub(super) playing: bool,
+    /// End of an automatic scale of the plan, lx.
+    pub(super) plan_maximum: f64,
     pub(super) readout: String,
     pub(super) pending: Vec<BsdfFile>,
 }
@@ -53,7 +55,8 @@ impl YearPanel {
         view.fit(results);
         let mut states = std::mem::take(&mut self.states);
         states.reset(results.windows.len());
-        *self = Self { states, ..Self::default() };
+        let plan_maximum = typical_maximum(&Quantity::Mean(plan_group(results)).values(results, None));
+        *self = Self { states, plan_maximum, ..Self::default() };
     }
 
     /// Takes a BSDF as another state of the façade.
@@ -77,7 +80,7 @@ impl YearPanel {
 
     fn waits_for_glare(&self) -> bool {
         match (&self.shown, &self.glare) {
-            (Some(shown), Some((hour, _))) => *hour != shown.wish.hour,
+            (Some(shown), Some((wish, _))) => *wish != shown.wish,
             (Some(_), None) => true,
             _ => false,
         }
@@ -193,7 +196,7 @@ impl YearPanel {
                     let mean = file.luminance.iter().map(|v| f64::from(*v)).sum::<f64>() / file.luminance.len().max(1) as f64;
                     self.shown = Some(Shown { wish, file: *file, whole, seconds, maximum, mean });
                 }
-                Answer::Glare { hour, judged } => self.glare = Some((hour, judged.map(|j| *j))),
+                Answer::Glare { wish, judged } => self.glare = Some((wish, judged.map(|j| *j))),
                 Answer::Failed(error) => self.failed = Some(error.to_string()),
             }
         }
@@ -259,4 +262,9 @@ impl YearPanel {
             ui.visuals().text_color(),
         );
     }
+}
+
+/// The group of sensors shown on the plan: the first whose places are known.
+pub fn plan_group(results: &Results) -> usize {
+    results.groups.iter().position(|g| !g.positions.is_empty()).unwrap_or(0)
 }

@@ -38,7 +38,7 @@ pub enum Answer {
     /// A picture; whether all of it is there, and how long it took.
     Picture { wish: Wish, file: Box<PictureFile>, whole: bool, seconds: f64 },
     /// Its glare, if the view has any.
-    Glare { hour: usize, judged: Option<Box<Judged>> },
+    Glare { wish: Wish, judged: Option<Box<Judged>> },
     /// What went wrong; the worker has ended.
     Failed(Error),
 }
@@ -318,7 +318,7 @@ fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn 
                     judge = Judge::new(&file, 2000.0, None).ok();
                 }
                 let judged = judge.as_ref().and_then(|j| j.judge(&file).ok()).map(Box::new);
-                if send(Answer::Glare { hour: wish.hour, judged }) {
+                if send(Answer::Glare { wish: wish.clone(), judged }) {
                     return Ok(());
                 }
                 match wanted.recv() {

@@ -138,7 +138,7 @@ impl YearPanel {
             ui.horizontal(|ui| {
                 ui.selectable_value(&mut self.state_window, i, name)
                     .on_hover_text("A BSDF dropped now becomes the second state of this window");
-                ui.weak(self.states.name(i).map_or("as computed".to_string(), |s| format!("→ {s}")));
+                ui.weak(self.states.name(i).map_or("as computed".to_string(), |s| format!("to {s}")));
             });
             let offered = results.states.get(name).map_or(&[][..], Vec::as_slice);
             if !offered.is_empty() {
