@@ -81,6 +81,8 @@ pub struct Results {
     pub windows: Vec<String>,
     /// Further states of each window that the project names, by its name in [`Self::windows`].
     pub states: HashMap<String, Vec<PathBuf>>,
+    /// Phases of the method that gave the illuminance.
+    pub phases: u64,
     /// The room, if the project it came from is found.
     pub scene: Option<Arc<Scene>>,
     /// Site and sun, likewise.
@@ -149,7 +151,8 @@ impl Results {
             summary["preset"].as_str().unwrap_or("?"),
             summary["device"]["name"].as_str().unwrap_or("?")
         );
-        Ok(Self { folder: folder.to_path_buf(), title, stamps, groups, views, glare, windows, states, scene, weather, notes })
+        let phases = summary["phases"].as_u64().unwrap_or(3);
+        Ok(Self { folder: folder.to_path_buf(), title, stamps, groups, views, glare, windows, states, phases, scene, weather, notes })
     }
 
     /// A year of illuminance from a matrix file alone.
@@ -168,6 +171,7 @@ impl Results {
             glare: Vec::new(),
             windows: Vec::new(),
             states: HashMap::new(),
+            phases: 3,
             scene: None,
             weather: None,
             notes: Vec::new(),

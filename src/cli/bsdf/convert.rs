@@ -2,7 +2,7 @@
 
 use lucarne::bins::AngleBasis;
 use lucarne::bsdf::resample::{loss, to_klems, to_tree};
-use lucarne::bsdf::{self, Block, Bsdf};
+use lucarne::bsdf::{self, Block, Bsdf, iea21};
 use lucarne::{Error, Result, Warnings};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -14,10 +14,12 @@ use std::process::ExitCode;
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  lucarne bsdf convert film.xml --to t4:5 -o film_t4.xml          # tensor tree, 2^5 cells per side\n  \
-    lucarne bsdf convert film_t4.xml --to klems:full -o film.xml\n  lucarne bsdf convert film.xml --to t3:5 -o film_t3.xml          # isotropic"
+    lucarne bsdf convert film_t4.xml --to klems:full -o film.xml\n  lucarne bsdf convert film.xml --to t3:5 -o film_t3.xml          # isotropic\n  \
+    lucarne bsdf convert measured/ --to klems:full -o prism.xml     # a folder of IEA 21 files"
 )]
 pub struct Args {
-    /// XML file.
+    /// XML file; or transmission measured in the format of IEA Task 21 (Tregenza in, 5°×5° out), a file or
+    /// a folder of files.
     file: PathBuf,
     /// klems:full, klems:half, klems:quarter, t4:N or t3:N (tensor tree of 2^N cells per side).
     #[arg(long)]
@@ -47,7 +49,7 @@ fn target(text: &str) -> Result<Target> {
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let target = target(&args.to)?;
-    let source = bsdf::read(&args.file, warnings)?;
+    let source = if iea21::is_iea21(&args.file) { iea21::read(&args.file)? } else { bsdf::read(&args.file, warnings)? };
     let mut converted: Bsdf = source.clone();
     for (band, blocks) in source.bands() {
         for (component, block) in blocks.iter() {

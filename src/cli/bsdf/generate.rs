@@ -11,9 +11,8 @@ use lucarne::gpu::Device;
 use lucarne::kernels::bsdf_generation::{Directions, GenerationOptions, GenerationStatistics, Method, Sample, Table, generate, mgf};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
-use lucarne::progress::Progress;
-use lucarne::scene::rad::read_scene;
-use lucarne::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle};
+use lucarne::scene::gltf::{Options as GltfOptions, UpAxis};
+use lucarne::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle, read_scene_with};
 use lucarne::{Error, Result, Warnings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,7 +27,7 @@ Examples:
   lucarne bsdf generate --perforated diameter=2mm,spacing=4mm,thickness=0.5mm,reflectance=0.6 -o holes.xml
   lucarne bsdf generate --woven diameter=0.5mm,spacing=1mm,reflectance=0.6 -o woven.xml
 
-Position: +Z into the room, +Y up, the device behind z = 0. Front is the outside (WINDOW).
+Position: +Z into the room, +Y up, the device behind z = 0 (glTF: the same). Front is the outside (WINDOW).
 Unlike genBSDF, both directions are made unless -f or -b leaves one out, diffuse reflections are not
 truncated without -ab, and geometry is embedded only with --geometry.";
 
@@ -36,7 +35,7 @@ truncated without -ab, and geometry is embedded only with --geometry.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Radiance files of the device, materials first (+f, -f, +b, -b as in genBSDF)
+    /// Files of the device: Radiance, materials first, or glTF in its own axes (+f, -f, +b, -b as in genBSDF)
     #[arg(value_name = "DEVICE.rad")]
     files: Vec<PathBuf>,
 
@@ -177,12 +176,22 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let start = Instant::now();
     let mut kept = start;
     let statistics = generate(&device, &sample, &mut table, &options, &terminal, warnings, &mut |table| {
-        if kept.elapsed() > KEEP_EVERY || terminal.stop_requested() {
+        if kept.elapsed() > KEEP_EVERY {
             kept = Instant::now();
             store.save(table)?;
         }
         Ok(())
-    })?;
+    });
+    let statistics = match statistics {
+        Ok(statistics) => statistics,
+        // Whatever ended it, finished batches need not be traced again.
+        Err(error) => {
+            if table.batches() > 0 {
+                store.save(&table)?;
+            }
+            return Err(error);
+        }
+    };
     terminal.finish();
     let bsdf = args.bsdf(&sample, &table, [no_front, no_back], metres);
     let command = made_by();
@@ -266,7 +275,9 @@ impl Args {
             Some("xy" | "yx") => [true, true],
             Some(other) => return Err(Error::new(format!("'{other}' names no axes")).field("--periodic").help("choose x, y or xy")),
         };
-        let scene = read_scene(files, Path::new("."), warnings)?;
+        // glTF's own axes are those of a device: +Y up, +Z towards who looks at it.
+        let axes = GltfOptions { up: UpAxis::Z, scale: 1.0 };
+        let scene = read_scene_with(files, Path::new("."), &axes, warnings)?;
         let dim = self.dim.as_deref().and_then(|d| <[f64; 6]>::try_from(d).ok());
         Sample::new(scene, dim, repeats, warnings)
     }

@@ -69,6 +69,13 @@ gpu_struct! {
     }
 }
 
+impl PixelRay {
+    /// A ray of some length (0: none) from pixel number `number`.
+    pub(crate) fn new(origin: [f32; 3], length: f32, direction: [f32; 3], number: u32) -> Self {
+        Self { origin, length, direction, number }
+    }
+}
+
 /// How much to sample. Every number is per pixel or bin *and batch*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageOptions {

@@ -129,10 +129,22 @@ impl YearPanel {
         });
     }
 
+    /// What the picture is not: said where the illuminance has more phases.
+    fn phases_note(&self, ui: &mut egui::Ui, results: &Results) {
+        if results.phases > 3 {
+            let text = format!(
+                "The illuminance is that of {} phases. Pictures, and other states of the façade, are of three: without the sharp sun.",
+                results.phases
+            );
+            ui.add(egui::Label::new(RichText::new(text).small().weak()).wrap());
+        }
+    }
+
     fn facade_controls(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
         if results.windows.is_empty() {
             return;
         }
+        self.phases_note(ui, results);
         heading(ui, "Façade");
         for (i, name) in results.windows.iter().enumerate() {
             ui.horizontal(|ui| {
