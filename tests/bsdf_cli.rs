@@ -87,6 +87,33 @@ fn the_lines_of_the_documentation_work_as_written() {
     works("lucarne bsdf check system.xml");
 }
 
+/// The examples of the README's page run in their order in the folder they name.
+#[test]
+fn the_examples_of_the_readme_work() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for entry in fs::read_dir(samples()).unwrap() {
+        let path = entry.unwrap().path();
+        fs::copy(&path, folder.path().join(path.file_name().unwrap())).unwrap();
+    }
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let page = &readme[readme.find("## BSDF bench").unwrap()..];
+    let page = &page[..page.find("![").unwrap()];
+    let examples: Vec<&str> = page.split('`').filter(|s| s.starts_with("lucarne bsdf ") && !s.ends_with("VERB")).collect();
+    assert!(examples.len() >= 10, "{examples:?}");
+    for example in examples {
+        let output = line(folder.path(), example);
+        // Two blinds of different bases differ: an answer, not a failure.
+        let accepted = if example.starts_with("lucarne bsdf diff") { vec![0, 1] } else { vec![0] };
+        assert!(output.status.code().is_some_and(|c| accepted.contains(&c)), "{example}: {}", text(&output.stderr));
+    }
+    for made in ["blinds.xml", "blind.xml", "system.xml", "film.xml", "state_4.xml", "film_t4.xml", "blinds.png"] {
+        assert!(folder.path().join(made).exists(), "{made}");
+    }
+}
+
 #[test]
 fn every_verb_has_an_example_in_its_help() {
     let here = Path::new(".");
@@ -281,6 +308,30 @@ fn a_device_in_gltf_is_the_same_as_in_radiances_text() {
     let t = matrix(&rad, Component::TransmissionFront);
     assert!((t.hemispherical() - 0.25).abs() < 2e-3, "{}", t.hemispherical());
     assert!((matrix(&rad, Component::ReflectionBack).hemispherical() - 0.375).abs() < 2e-3);
+}
+
+#[test]
+fn slats_may_be_darker_for_the_sun() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |more: &str| {
+        let slats = format!("width=25mm,spacing=20mm,angle=20,reflectance=0.7{more}");
+        lucarne(folder.path(), &["bsdf", "generate", "--venetian", &slats, "--basis", "quarter", "-c", "512", "-o", "blind.xml"])
+    };
+    assert!(run("").status.success());
+    let visible = read(&folder.path().join("blind.xml"));
+    assert!(visible.solar.is_empty());
+    let output = run(",solar_reflectance=0.4");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let both = read(&folder.path().join("blind.xml"));
+    assert!(both.visible == visible.visible);
+    for component in Component::ALL {
+        let [v, s] = [&both.visible, &both.solar].map(|b| b.get(component).unwrap().hemispherical());
+        assert!(s < v && s > 0.3 * v, "{component:?}: {v} {s}");
+    }
+    assert!(!text(&run(",solar_reflectance=1.4").stderr).is_empty());
 }
 
 #[test]

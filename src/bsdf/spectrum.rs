@@ -225,6 +225,11 @@ pub fn from_json(text: &str) -> Result<MeasuredPane> {
             let wrong = || Error::new(format!("entry {} of the spectrum is incomplete or not a number", k + 1)).field("spectral_data");
             keys.into_iter().find_map(number).ok_or_else(wrong)
         };
+        if ["tf", "tb", "rf", "rb"].iter().any(|k| number(&entry["diffuse"][*k]).unwrap_or(0.0) > 1e-3) {
+            return Err(Error::new("the pane scatters light: its spectrum has diffuse parts")
+                .field("spectral_data")
+                .help("use its BSDF (XML) as a layer"));
+        }
         Ok([
             get([&entry["wavelength"], &entry["w"]])?,
             get([&entry["T"], &specular["tf"]])?,

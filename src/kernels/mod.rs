@@ -16,6 +16,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     let mut all = crate::gpu::registered();
     all.extend(image_matrix::registered());
     all.extend(light_paths::registered());
+    all.extend(sun_matrix::registered());
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
     all.extend(bsdf_generation::registered());

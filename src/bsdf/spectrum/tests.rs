@@ -76,6 +76,7 @@ fn faulty_spectra_are_explained() {
     assert!(fault("0.3 0.9 0.1 0.2\n2.5 0.1 0.1 0.1\n").contains("more than 1"));
     assert!(from_json("{}").unwrap_err().to_string().contains("no spectral data"));
     assert!(from_json(r#"{"spectral_data": [{"T": 1}]}"#).unwrap_err().to_string().contains("incomplete"));
+    assert!(from_json(r#"{"spectral_data": [{"diffuse": {"tf": "0.3"}}]}"#).unwrap_err().to_string().contains("scatters"));
     assert!(from_json(&"[".repeat(100_000)).is_err());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("pane.json");

@@ -51,6 +51,7 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let target = target(&args.to)?;
     let source = if iea21::is_iea21(&args.file) { iea21::read(&args.file)? } else { bsdf::read(&args.file, warnings)? };
     let mut converted: Bsdf = source.clone();
+    let mut report = String::new();
     for (band, blocks) in source.bands() {
         for (component, block) in blocks.iter() {
             let new = match &target {
@@ -58,8 +59,8 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
                 Target::Tree { rank, log2 } => Block::Tree(to_tree(block, *rank, *log2, args.join)?),
             };
             let cost = loss(block, &new);
-            eprintln!(
-                "{band} {}: hemispherical {:.5} ({:+.1e}), peak × {:.3}, RMS change {:.3}/sr of {:.3}/sr",
+            report += &format!(
+                "{band} {}: hemispherical {:.5} ({:+.1e}), peak × {:.3}, RMS change {:.3}/sr of {:.3}/sr\n",
                 component.xml_name(),
                 new.hemispherical(),
                 cost.hemispherical,
@@ -73,5 +74,6 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
         }
     }
     bsdf::write(args.output.as_deref(), &converted, &super::made_by())?;
+    eprint!("{report}");
     Ok(ExitCode::SUCCESS)
 }

@@ -1,6 +1,22 @@
 //! Sun matrix Cds: what each receiver gets from each sun through the windows.
+//!
+//! `C[receiver][sun]` is the irradiance per unit radiance of the sun's disc (sr): Ω·cos θ where
+//! nothing is in the way, as `rcontrib -I+ -m solar` has it.
+//!
+//! | part | estimator | module |
+//! |---|---|---|
+//! | straight through openings, panes and between slats | low-discrepancy points of the disc, a ray each | [`geometry`] |
+//! | suns in pictures: lit surfaces, lit slats, the disc itself | the same for the surface behind each pixel; rays to points of the disc | [`pixels`] |
+//! | scattered once by a BSDF pane | quadrature over the window | [`pane`] |
+//! | scattered by slats and other surfaces | paths from the receiver, whose vertices serve *all* suns | [`geometry`] |
 
+pub mod geometry;
 pub mod pane;
+pub mod pixels;
+#[cfg(test)]
+pub(crate) mod reference;
+#[cfg(test)]
+mod tests;
 
 use crate::units::SUN_DIAMETER_DEG;
 use glam::DVec3;
@@ -44,5 +60,8 @@ impl Sun {
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<crate::gpu::Registered> {
-    pane::registered()
+    let mut all = geometry::registered();
+    all.extend(pixels::registered());
+    all.extend(pane::registered());
+    all
 }
