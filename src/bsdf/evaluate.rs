@@ -20,7 +20,7 @@
 //! `dctimestep` and this program take *Transmission Front*. Data that are not reciprocal differ.
 
 use super::{Block, Blocks, Bsdf, Component, TensorTree};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warnings};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -28,6 +28,9 @@ use std::f64::consts::PI;
 pub const LEAST_LAMBERTIAN: f64 = 0.01 / PI;
 /// A tree's least value from which it is not split off, 1/sr.
 pub const LARGEST_LAMBERTIAN: f64 = 1.5 / PI;
+
+/// Share of light that leaves a pane above which energy is made up; Radiance warns at the same.
+const MOST_SHARE: f64 = 1.01;
 
 /// The scattering function of a pane with all its sides, 1/sr.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,6 +66,58 @@ impl Scattering {
     /// If the file has no visible data, or a value that is not finite.
     pub fn new(bsdf: &Bsdf) -> Result<Self> {
         Self::of_blocks(&bsdf.visible)
+    }
+
+    /// As [`new`](Self::new), with warnings of what is used all the same: negative values (they count
+    /// as 0), more light out than in, no transmission.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn checked(bsdf: &Bsdf, warnings: &mut Warnings) -> Result<Self> {
+        let scattering = Self::new(bsdf)?;
+        for (component, block) in bsdf.visible.iter() {
+            let negative = count_negative(block);
+            if negative > 0 {
+                let text = format!("{negative} values are negative and count as 0");
+                warnings.push(Error::new(text).field(component.xml_name()).help("`lucarne bsdf repair` writes a file without them"));
+            }
+        }
+        if scattering.lobe(Component::TransmissionFront).is_none() {
+            warnings.push(Error::new("there is no transmission: no light passes the pane").field("Transmission Front"));
+        }
+        let (direction, share) = scattering.largest_share();
+        if share > MOST_SHARE {
+            let theta = direction.z.abs().min(1.0).acos().to_degrees();
+            let side = if direction.z > 0.0 { "outside" } else { "room" };
+            warnings.push(
+                Error::new(format!("{:.1} % of the light from the {side} at {theta:.0}° leaves the pane", 100.0 * share))
+                    .help("more leaves than arrives: check the file with `lucarne bsdf check`"),
+            );
+        }
+        Ok(scattering)
+    }
+
+    /// The incident direction, among many, of the largest transmitted and reflected share together.
+    fn largest_share(&self) -> (DVec3, f64) {
+        const STEPS: usize = 12;
+        let at = |k: usize| (k as f64 + 0.5) / STEPS as f64;
+        let mut largest = (DVec3::Z, 0.0);
+        for k in 0..STEPS * STEPS {
+            let [x, y] = crate::bins::shirley_chiu::disk_from_square(at(k / STEPS), at(k % STEPS));
+            let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+            for d in [DVec3::new(x, y, z), DVec3::new(x, y, -z)] {
+                let share = |transmitted: bool| match self.lobe(Self::component_of(d, transmitted)).map(|l| &l.residue) {
+                    // Its quadrature is slow, and the other side has been looked at.
+                    Some(Residue::ReversedIsotropic(_)) | None => 0.0,
+                    Some(_) => self.direct_hemispherical(d, transmitted),
+                };
+                let sum = share(true) + share(false);
+                if sum > largest.1 {
+                    largest = (d, sum);
+                }
+            }
+        }
+        largest
     }
 
     /// The data of one band.
@@ -207,6 +262,17 @@ fn is_finite(block: &Block) -> bool {
             let mut finite = true;
             t.for_each_cell(|c| finite &= c.value.is_finite());
             finite
+        }
+    }
+}
+
+fn count_negative(block: &Block) -> usize {
+    match block {
+        Block::Klems(m) => m.values().iter().filter(|v| **v < 0.0).count(),
+        Block::Tree(t) => {
+            let mut count = 0;
+            t.for_each_cell(|c| count += usize::from(c.value < 0.0));
+            count
         }
     }
 }

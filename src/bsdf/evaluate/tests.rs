@@ -94,6 +94,60 @@ fn the_lambertian_part_is_split_off_by_radiances_limits() {
 }
 
 #[test]
+fn bad_data_are_errors_or_warnings() {
+    let half = basis(KlemsBasis::Quarter);
+    let with = |block: Block| {
+        let mut bsdf = Bsdf::default();
+        bsdf.visible.transmission_front = Some(block);
+        bsdf
+    };
+    let warned = |bsdf: &Bsdf| {
+        let mut warnings = Warnings::new();
+        Scattering::checked(bsdf, &mut warnings).unwrap();
+        warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+    };
+    let klems = |f: &dyn Fn(usize, usize) -> f64| Block::Klems(KlemsMatrix::from_fn(&half, f));
+    assert_eq!(warned(&with(klems(&|_, _| 0.2))), "");
+    assert!(warned(&with(klems(&|o, i| if o == i { -1.0 } else { 0.2 }))).contains("41 values are negative"));
+    assert!(warned(&with(klems(&|_, _| 0.4))).contains("125.7 % of the light from the outside"));
+    assert!(warned(&with(Block::Tree(TensorTree::constant(3, 9.0)))).contains("lucarne bsdf check"));
+    let reflecting = Bsdf { visible: Blocks { reflection_back: Some(klems(&|_, _| 0.1)), ..Blocks::default() }, ..Bsdf::default() };
+    assert!(warned(&reflecting).contains("no transmission"));
+    for value in [f64::NAN, f64::INFINITY] {
+        let error = Scattering::new(&with(klems(&|o, _| if o == 3 { value } else { 0.1 }))).unwrap_err().to_string();
+        assert!(error.contains("not a finite number") && error.contains("Transmission Front"), "{error}");
+    }
+    // Up along the normal gives no frame.
+    assert!(crate::bins::Frame::new(DVec3::Y, DVec3::NEG_Y * 3.0).unwrap_err().to_string().contains("parallel"));
+}
+
+#[test]
+fn faults_of_trees_in_files_name_their_line() {
+    let file = |data: &str| {
+        format!(
+            "<WindowElement><Optical><Layer><DataDefinition><IncidentDataStructure>TensorTree3</IncidentDataStructure></DataDefinition>\n\
+             <WavelengthData><Wavelength>Visible</Wavelength><WavelengthDataBlock>\n\
+             <WavelengthDataDirection>Transmission Front</WavelengthDataDirection><AngleBasis>LBNL/Shirley-Chiu</AngleBasis>\n\
+             <ScatteringData>\n{data}\n</ScatteringData></WavelengthDataBlock></WavelengthData></Layer></Optical></WindowElement>"
+        )
+    };
+    let parse = |data: &str| crate::bsdf::read_from(file(data).as_bytes(), &mut Warnings::new());
+    let leaf = "{ 0.1 }\n".repeat(8);
+    assert!(parse(&format!("{{{leaf}}}")).is_ok());
+    for (data, words) in [
+        (format!("{{{leaf}"), "open brace"),
+        (format!("{{{leaf}}}}}"), "brace"),
+        (format!("{{{leaf}{{ 0.1 }}}}"), "more than 8"),
+        (format!("{{{}}}", "{ 0.1 }\n".repeat(7)), "7 groups"),
+        (format!("{{{}{{ nan }}}}", "{ 0.1 }\n".repeat(7)), "finite"),
+        (format!("{{{}{{ ten }}}}", "{ 0.1 }\n".repeat(7)), "not a number"),
+    ] {
+        let error = parse(&data).unwrap_err().to_string();
+        assert!(error.contains("line ") && error.contains(words), "{data}: {error}");
+    }
+}
+
+#[test]
 fn direct_hemispherical_values_are_the_integral_and_sampling_conserves_energy() {
     for kind in 0..3 {
         let scattering = Scattering::of_blocks(&made_up(kind)).unwrap();
