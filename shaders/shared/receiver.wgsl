@@ -15,7 +15,8 @@ struct VirtualLight {
     strength: f32,
     // Of the side that emits, unit length.
     normal: vec3<f32>,
-    padding1: u32,
+    // Whether its path goes on to another vertex.
+    goes_on: u32,
     // Flux that leaves diffusely; 0 where there is no light.
     flux: vec3<f32>,
     padding2: u32,

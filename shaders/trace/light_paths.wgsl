@@ -149,6 +149,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         atomicAdd(&counters.alive, 1u);
     }
     atomicAdd(&counters.segments, segment);
+    light.goes_on = select(0u, path.alive, params.last == 0u);
     lights[slot] = light;
     paths[slot] = path;
     count_finished(ended || segment == MOST_SPECULAR);

@@ -21,6 +21,7 @@
 pub mod blinds;
 pub mod check;
 pub mod difference;
+pub mod evaluate;
 pub mod glass;
 pub mod interpolate;
 pub mod isotropic;
@@ -28,8 +29,10 @@ mod klems;
 pub mod layer;
 mod numbers;
 mod overlap;
+pub mod peak;
 mod read;
 pub mod resample;
+pub mod sample;
 pub mod screen;
 mod transmission;
 mod tree;
@@ -38,7 +41,7 @@ mod write;
 pub use klems::KlemsMatrix;
 pub use read::{read, read_from};
 pub use transmission::{TransmissionSource, transmission_matrix, transmission_source};
-pub use tree::{Cell, TensorTree};
+pub use tree::{Cell, PACKED_BRANCH, TensorTree};
 pub use write::{write, write_to};
 
 use crate::bins::AngleBasis;

@@ -30,6 +30,9 @@ enum Node {
     Leaf { log2: u8, first: u32 },
 }
 
+/// Second word of a packed branch, see [`TensorTree::packed`].
+pub const PACKED_BRANCH: u32 = u32::MAX;
+
 /// A scattering function in 1/sr on an adaptive grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TensorTree {
@@ -93,16 +96,24 @@ impl TensorTree {
 
     /// The value at a point of the unit cube, `point[..rank]`.
     pub fn lookup(&self, point: [f64; 4]) -> f64 {
+        self.cell(point).value
+    }
+
+    /// The cell around a point of the unit cube, `point[..rank]`.
+    pub fn cell(&self, point: [f64; 4]) -> Cell {
         let mut p = point.map(|c| c.clamp(0.0, 1.0 - 1e-12));
         let mut node = self.nodes[0];
+        let (mut corner, mut side) = ([0.0; 4], 1.0);
         loop {
             match node {
                 Node::Branch(first) => {
                     let mut child = 0;
-                    for (i, c) in p.iter_mut().take(self.rank).enumerate() {
+                    side /= 2.0;
+                    for (i, (c, low)) in p.iter_mut().zip(&mut corner).take(self.rank).enumerate() {
                         *c *= 2.0;
                         if *c >= 1.0 {
                             *c -= 1.0;
+                            *low += side;
                             child |= 1 << i;
                         }
                     }
@@ -110,11 +121,72 @@ impl TensorTree {
                 }
                 Node::Leaf { log2, first } => {
                     let n = 1usize << log2;
-                    let index = p.iter().take(self.rank).fold(0, |index, c| index * n + ((c * n as f64) as usize).min(n - 1));
-                    return f64::from(self.values[first as usize + index]);
+                    side /= n as f64;
+                    let mut index = 0;
+                    for (c, low) in p.iter().zip(&mut corner).take(self.rank) {
+                        let place = ((c * n as f64) as usize).min(n - 1);
+                        *low += place as f64 * side;
+                        index = index * n + place;
+                    }
+                    return Cell { corner, side, value: f64::from(self.values[first as usize + index]) };
                 }
             }
         }
+    }
+
+    /// Calls `f` with every cell that holds this incident position (`point[..rank - 2]`): what
+    /// light from there meets, over all outgoing directions.
+    pub fn for_each_outgoing_cell(&self, point: [f64; 4], mut f: impl FnMut(Cell)) {
+        let fixed = self.rank - 2;
+        self.visit(self.nodes[0], [0.0; 4], 1.0, &|corner, side| (0..fixed).all(|i| holds(corner[i], side, point[i])), &mut f);
+    }
+
+    /// The tree with every value changed.
+    pub fn map(&self, f: impl Fn(f32) -> f32) -> Self {
+        Self { rank: self.rank, nodes: self.nodes.clone(), values: self.values.iter().map(|v| f(*v)).collect() }
+    }
+
+    /// Nodes and values for a device: a node is (first child, [`PACKED_BRANCH`]) or (first value,
+    /// log2 of the cells per side of its grid); children and grids are ordered as in the text.
+    pub fn packed(&self) -> (Vec<[u32; 2]>, &[f32]) {
+        let packed = |node: &Node| match *node {
+            Node::Branch(first) => [first, PACKED_BRANCH],
+            Node::Leaf { log2, first } => [first, u32::from(log2)],
+        };
+        (self.nodes.iter().map(packed).collect(), &self.values)
+    }
+
+    /// The tree of light that travels the same paths backwards (Helmholtz reciprocity); only at
+    /// rank 4, where incident and outgoing square can be exchanged.
+    pub fn reversed(&self) -> Option<Self> {
+        if self.rank != 4 {
+            return None;
+        }
+        // −direction lies at 1 − coordinate of the square: both squares are exchanged and mirrored.
+        let exchanged = |bits: usize| (bits >> 2 | (bits & 3) << 2) ^ 15;
+        let mut nodes = Vec::with_capacity(self.nodes.len());
+        let mut values = self.values.clone();
+        for node in &self.nodes {
+            nodes.push(*node);
+            if let Node::Leaf { log2, first } = *node {
+                let n = 1usize << log2;
+                let grid = &self.values[first as usize..first as usize + n.pow(4)];
+                for (k, value) in values[first as usize..].iter_mut().take(grid.len()).enumerate() {
+                    let digit = |d: u32| k / n.pow(3 - d) % n;
+                    let from = [2, 3, 0, 1].iter().fold(0, |index, &d| index * n + (n - 1 - digit(d)));
+                    *value = grid[from];
+                }
+            }
+        }
+        for node in &self.nodes {
+            if let Node::Branch(first) = *node {
+                let first = first as usize;
+                for child in 0..16 {
+                    nodes[first + child] = self.nodes[first + exchanged(child)];
+                }
+            }
+        }
+        Some(Self { rank: 4, nodes, values })
     }
 
     /// The point of the unit cube for two directions of travel.
@@ -139,18 +211,8 @@ impl TensorTree {
     /// Direct-hemispherical value of light travelling along `incident`: the exact integral over
     /// the cells.
     pub fn direct_hemispherical(&self, incident: DVec3) -> f64 {
-        let point = self.point(DVec3::Z, incident);
-        let fixed = self.rank - 2;
         let mut sum = 0.0;
-        self.visit(
-            Node::clone(&self.nodes[0]),
-            [0.0; 4],
-            1.0,
-            &|corner, side| (0..fixed).all(|i| holds(corner[i], side, point[i])),
-            &mut |c| {
-                sum += c.value * PI * c.side * c.side;
-            },
-        );
+        self.for_each_outgoing_cell(self.point(DVec3::Z, incident), |c| sum += c.value * PI * c.side * c.side);
         sum
     }
 

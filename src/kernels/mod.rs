@@ -1,6 +1,7 @@
 //! One module per kernel: host half and f64 reference.
 
 pub mod bsdf_generation;
+pub mod bsdf_scattering;
 pub mod daylight_matrix;
 pub mod glare;
 pub mod image_matrix;
@@ -18,6 +19,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     all.extend(daylight_matrix::registered());
     all.extend(bsdf_generation::registered());
     all.extend(glare::registered());
+    all.extend(bsdf_scattering::registered());
     all.extend(product::registered());
     all.extend(trace::probes::registered());
     all

@@ -125,7 +125,7 @@ impl Default for ImageOptions {
 const MOST_VISIBILITY_RAYS: u32 = 64;
 /// Lights of all bins that an invocation of `pixel_gather` goes through, at most.
 const MOST_LIGHTS: u32 = 1 << 14;
-/// Most vertices whose lights are connected together.
+/// Vertices of light paths whose lights are connected together, at least.
 const VERTICES_KEPT: u32 = 4;
 /// Pixels of a tile, at most: bounds the time of a dispatch.
 const MOST_TILE_PIXELS: usize = 8192;
@@ -309,7 +309,7 @@ impl<'d> ImageTracer<'d> {
             subpixels: o.subpixels,
             window_samples: o.window_samples,
             traced_every: o.traced_every,
-            lights: self.paths_per_round() * self.vertices_kept(),
+            lights: self.room(),
             near_radius: o.near_radius,
             unit: self.unit(),
         };
@@ -359,16 +359,17 @@ impl<'d> ImageTracer<'d> {
         Ok(TracedTile { sums: device.read_finite(&sums)?, seen: device.read(&seen)?, weights: device.read(&weights)?, near })
     }
 
-    /// Light paths that one dispatch of `pixel_gather` can connect: a limit on its loops, which some
+    /// Lights per bin that one dispatch of `pixel_gather` can connect: a limit on its loops, which some
     /// drivers cut short.
-    fn paths_per_round(&self) -> u32 {
-        (MOST_LIGHTS / self.tables.bins() as u32 / self.vertices_kept()).clamp(1, self.options.light_paths)
+    fn room(&self) -> u32 {
+        (MOST_LIGHTS / self.tables.bins() as u32).max(1)
     }
 
-    /// Vertices of the light paths that are connected by one dispatch: going through a pixel's row
-    /// costs as much as connecting it.
-    fn vertices_kept(&self) -> u32 {
-        self.options.bounces.map_or(VERTICES_KEPT, |b| b.saturating_sub(1).clamp(1, VERTICES_KEPT))
+    /// Light paths per bin whose first vertices have room together: going through a pixel's row costs
+    /// as much as connecting it.
+    fn paths_per_round(&self) -> u32 {
+        let vertices = self.options.bounces.map_or(VERTICES_KEPT, |b| b.saturating_sub(1).clamp(1, VERTICES_KEPT));
+        (self.room() / vertices).clamp(1, self.options.light_paths)
     }
 
     fn rounds(&self) -> u32 {
@@ -387,21 +388,13 @@ impl<'d> ImageTracer<'d> {
         let (o, device) = (&self.options, self.device);
         let invocations = u64::from(params.pixels) * u64::from(params.batches);
         let seed = stream_seed(o.seed, round, 0x726f_756e);
-        let path_options = LightPathOptions {
-            paths: self.paths_per_round(),
-            batches: o.batches,
-            bounces: o.bounces,
-            seed,
-            vertices_kept: self.vertices_kept(),
-        };
+        let path_options =
+            LightPathOptions { paths: self.paths_per_round(), batches: o.batches, bounces: o.bounces, seed, room: self.room() };
         let paths = LightPaths::new(device, &self.tables, &self.scene, &self.light_paths, path_options, None)?;
         for vertex in 0..paths.most_vertices() {
-            if vertex % self.vertices_kept() == 0 {
-                paths.forget()?;
-            }
             let go_on = paths.advance(vertex, statistics)?;
             let last = !go_on || vertex + 1 == paths.most_vertices();
-            if !last && (vertex + 1) % self.vertices_kept() != 0 {
+            if !last && paths.has_room()? {
                 continue;
             }
             let params_now = device.uniform("tile parameters", &TileParams { seed: stream_seed(seed, vertex, 0x6761_7468), ..*params })?;
@@ -416,6 +409,7 @@ impl<'d> ImageTracer<'d> {
             ];
             self.run(&self.gather, &own, [params.pixels.div_ceil(64), o.batches, 1], invocations, statistics)?;
             statistics.segments += invocations * u64::from(o.visibility_rays);
+            paths.forget()?;
             if last {
                 break;
             }

@@ -54,7 +54,7 @@ gpu_struct! {
         pub position: [f32; 3],
         pub strength: f32,
         pub normal: [f32; 3],
-        pub padding1: u32,
+        pub goes_on: u32,
         pub flux: [f32; 3],
         pub padding2: u32,
     }
@@ -126,15 +126,8 @@ pub(crate) struct LightPathOptions {
     pub bounces: Option<u32>,
     /// Seed of the matrix.
     pub seed: u32,
-    /// Vertices of a path whose lights are kept together until [`LightPaths::forget`].
-    pub vertices_kept: u32,
-}
-
-impl LightPathOptions {
-    /// Lights that a bin can have, per batch.
-    pub fn room(&self) -> u32 {
-        self.paths * self.vertices_kept
-    }
+    /// Lights per bin and batch that are kept until [`LightPaths::forget`]; at least `paths`.
+    pub room: u32,
 }
 
 /// Light paths of all bins and batches, advanced by one diffuse vertex at a time.
@@ -150,6 +143,8 @@ pub(crate) struct LightPaths<'a> {
     compact: BindGroup,
     counters: Buffer,
     vertex_lights: Buffer,
+    /// Paths that go on, `[batch][bin]`.
+    going_on: Buffer,
     /// `[batch][bin][light]`, with room for [`LightPathOptions::room`] lights.
     pub lights: Buffer,
     /// `[batch][bin]`
@@ -184,16 +179,18 @@ impl<'a> LightPaths<'a> {
         let bins = tables.bins() as u32;
         let total = (options.batches * bins * options.paths) as usize;
         let vertex_lights = device.zeros::<VirtualLight>("virtual lights of a vertex", total)?;
-        let lights = device.zeros::<VirtualLight>("virtual lights", total * options.vertices_kept as usize)?;
+        let lights = device.zeros::<VirtualLight>("virtual lights", (options.batches * bins * options.room) as usize)?;
         let light_counts = device.zeros::<u32>("lights per bin", (options.batches * bins) as usize)?;
+        let going_on = device.zeros::<u32>("paths that go on, per bin", (options.batches * bins) as usize)?;
         let counters = device.zeros::<Counters>("path counters", 1)?;
         let params =
-            device.uniform("compaction", &CompactParams { bins, paths: options.paths, batches: options.batches, room: options.room() })?;
+            device.uniform("compaction", &CompactParams { bins, paths: options.paths, batches: options.batches, room: options.room })?;
         let compact = kernel.compact.bind(&[
             ("params", &params),
             ("vertex_lights", &vertex_lights),
             ("lights", &lights),
             ("light_counts", &light_counts),
+            ("going_on", &going_on),
             ("counters", &counters),
         ])?;
         Ok(Self {
@@ -208,6 +205,7 @@ impl<'a> LightPaths<'a> {
             compact,
             counters,
             vertex_lights,
+            going_on,
             lights,
             light_counts,
         })
@@ -226,8 +224,18 @@ impl<'a> LightPaths<'a> {
         self.device.write(&self.light_counts, &vec![0u32; (self.options.batches * self.bins) as usize])
     }
 
+    /// Whether the lights of another vertex have room beside those that are kept.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn has_room(&self) -> Result<bool> {
+        let kept = self.device.read::<u32>(&self.light_counts)?;
+        let more = self.device.read::<u32>(&self.going_on)?;
+        Ok(kept.iter().zip(&more).all(|(kept, more)| kept + more <= self.options.room))
+    }
+
     /// Goes on to vertex number `vertex` (from 0) and adds its virtual lights to `lights`, which
-    /// has room for those of `vertices_kept` vertices. Returns whether paths are left that go on.
+    /// must have room for them. Returns whether paths are left that go on.
     ///
     /// # Errors
     /// If the device fails or loses paths.

@@ -392,8 +392,13 @@ impl<'d> ViewTracer<'d> {
         for round in 0..rounds {
             // The first round has the seed itself, so that small scenes do not depend on rounds.
             let seed = if round == 0 { o.seed } else { stream_seed(o.seed, round, 0x726f_756e) };
-            let path_options =
-                LightPathOptions { paths: self.paths_per_round(), batches: o.batches, bounces: o.bounces, seed, vertices_kept: 1 };
+            let path_options = LightPathOptions {
+                paths: self.paths_per_round(),
+                batches: o.batches,
+                bounces: o.bounces,
+                seed,
+                room: self.paths_per_round(),
+            };
             let paths = LightPaths::new(self.device, &self.tables, &self.scene, &self.light_paths, path_options, Some(receivers))?;
             for vertex in 0..paths.most_vertices() {
                 paths.forget()?;

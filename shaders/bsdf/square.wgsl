@@ -1,0 +1,35 @@
+// The Shirley-Chiu map between the unit disc of projected directions and the unit square.
+
+const QUARTER_PI: f32 = 0.7853981633974483;
+// Keeps coordinates inside the square: the largest f32 below 1.
+const BELOW_ONE: f32 = 0.99999994;
+
+fn square_from_disk(p: vec2<f32>) -> vec2<f32> {
+    let r = min(length(p), 1.0);
+    var phi = atan2(p.y, p.x);
+    if phi < -QUARTER_PI {
+        phi += 8.0 * QUARTER_PI;
+    }
+    var place = vec2<f32>(r, phi * r / QUARTER_PI);
+    if phi >= 5.0 * QUARTER_PI {
+        place = vec2<f32>((phi - 6.0 * QUARTER_PI) * r / QUARTER_PI, -r);
+    } else if phi >= 3.0 * QUARTER_PI {
+        place = vec2<f32>(-r, -(phi - 4.0 * QUARTER_PI) * r / QUARTER_PI);
+    } else if phi >= QUARTER_PI {
+        place = vec2<f32>(-(phi - 2.0 * QUARTER_PI) * r / QUARTER_PI, r);
+    }
+    return clamp((place + 1.0) * 0.5, vec2<f32>(0.0), vec2<f32>(BELOW_ONE));
+}
+
+fn disk_from_square(square: vec2<f32>) -> vec2<f32> {
+    let p = 2.0 * square - 1.0;
+    if p.x == 0.0 && p.y == 0.0 {
+        return p;
+    }
+    if abs(p.x) > abs(p.y) {
+        let phi = QUARTER_PI * (p.y / p.x);
+        return p.x * vec2<f32>(cos(phi), sin(phi));
+    }
+    let phi = QUARTER_PI * (2.0 - p.x / p.y);
+    return p.y * vec2<f32>(cos(phi), sin(phi));
+}
