@@ -120,9 +120,8 @@ fn main() -> Fallible<()> {
     let sky = select_columns(&s, &hours);
     let factor = |name: &str, matrix: Matrix<f32>| Factor { name: name.into(), matrix };
     let multiplier = product::for_device(&device)?;
-    let (coefficients, cpu, _) = timed(false, || {
-        Ok(product(&*multiplier, vec![factor("T", t.clone()), factor("D", d.clone()), factor("S", sky)], None)?)
-    })?;
+    let (coefficients, cpu, _) =
+        timed(false, || Ok(product(&*multiplier, vec![factor("T", t.clone()), factor("D", d.clone()), factor("S", sky)], None)?))?;
     println!("T·D·S of {} daylit hours: {cpu:.2} CPU-seconds", hours.len());
     let camera = View::read(&project.views[0].file)?;
     let raster = project.views[0].raster()?;
