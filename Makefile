@@ -1,7 +1,7 @@
 # make demo    build, and compute a year of daylight in the office of scenes/office
 # make test    check format and lints, run all tests
 # make bench   measure kernels and the whole job, write target/bench.json
-# make viewer  build and start the viewer
+# make viewer  build the viewer and look at the demo's results (which it computes if there are none)
 #
 # On Debian and Ubuntu whatever is missing (a C linker for Rust, Mesa's Vulkan driver for
 # machines without a graphics card) is installed by apt-get; see .ci/install-missing.
@@ -23,18 +23,20 @@ demo: vulkan
 	$(LUCARNE) run scenes/office/project.toml -o out/office
 
 test: vulkan lint
-	cargo test --release
+	cargo test --release --workspace
 
 # Lints are errors only with the compiler they were written for: a newer one knows new lints.
 lint:
 	@if cargo fmt --version >/dev/null 2>&1; then cargo fmt --check; else echo "rustfmt is not installed: format not checked"; fi
 	@if ! cargo clippy --version >/dev/null 2>&1; then echo "clippy is not installed: lints not checked"; \
-	 elif rustc --version | grep -q '^rustc 1\.95\.'; then cargo clippy --release --all-targets -- -D warnings; \
-	 else cargo clippy --release --all-targets; fi
+	 elif rustc --version | grep -q '^rustc 1\.95\.'; then cargo clippy --release --workspace --all-targets -- -D warnings; \
+	 else cargo clippy --release --workspace --all-targets; fi
 
 bench: vulkan
 	cargo bench
 
-viewer:
-	@.ci/install-missing linker
-	cargo run --release -p lucarne-viewer
+# Without results there is nothing to look at: then the demo comes first.
+viewer: vulkan
+	cargo build --release -p lucarne-viewer
+	@test -e out/office/summary.json || $(MAKE) demo
+	target/release/lucarne-viewer out/office

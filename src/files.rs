@@ -105,3 +105,34 @@ fn partial_path(path: &Path) -> PathBuf {
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|e| Error::io(path, &e))
 }
+
+/// The path that leads from a folder to a file, by way of what both have in common; absolute where
+/// that is nothing but the root.
+pub fn relative(folder: &Path, file: &Path) -> PathBuf {
+    let whole = |p: &Path| std::fs::canonicalize(p).unwrap_or_else(|_| p.to_path_buf());
+    let (folder, file) = (whole(folder), whole(file));
+    let common = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
+    if common < 2 {
+        return file;
+    }
+    let up = folder.components().skip(common).map(|_| std::path::Component::ParentDir);
+    up.chain(file.components().skip(common)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn relative_paths_lead_back() {
+        let root = tempfile::tempdir().unwrap();
+        let (out, scene) = (root.path().join("out/office"), root.path().join("scenes"));
+        std::fs::create_dir_all(&out).unwrap();
+        std::fs::create_dir_all(&scene).unwrap();
+        std::fs::write(scene.join("p.toml"), b"x").unwrap();
+        let path = relative(&out, &scene.join("p.toml"));
+        assert_eq!(path, Path::new("../../scenes/p.toml"));
+        assert_eq!(std::fs::read(out.join(path)).unwrap(), b"x");
+        assert!(relative(Path::new("/"), &scene.join("p.toml")).is_absolute());
+    }
+}

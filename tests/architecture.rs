@@ -202,7 +202,8 @@ fn the_library_never_prints_and_nothing_is_executed() {
             faults.push(format!("{}: the library prints ({word})", source.path.display()));
         }
         for word in ["process::Command", "Command::new"] {
-            if source.text.contains(word) {
+            // `lucarne view` starts the viewer that lies beside it: no input file has a say in that.
+            if source.text.contains(word) && !source.path.ends_with("cli/viewer.rs") {
                 faults.push(format!("{}: runs a program ({word})", source.path.display()));
             }
         }

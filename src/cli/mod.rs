@@ -12,6 +12,7 @@ mod progress;
 mod run;
 mod sky;
 mod view;
+mod viewer;
 
 use clap::{Parser, Subcommand};
 use lucarne::{Result, Warnings};
@@ -43,6 +44,8 @@ enum Verb {
     Devices(devices::Args),
     /// A whole project: a year of illuminance from a project.toml.
     Run(run::Args),
+    /// Look at results, BSDFs and pictures in a window.
+    View(viewer::Args),
 }
 
 pub fn main() -> ExitCode {
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => run::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),
+        Verb::View(args) => viewer::run(args),
     };
     for warning in warnings.iter() {
         eprintln!("lucarne: warning: {warning}");

@@ -419,6 +419,7 @@ impl Run<'_> {
         let (project, rays) = (self.project, self.statistics.segments);
         Summary {
             program: format!("lucarne {}", env!("CARGO_PKG_VERSION")),
+            project: crate::files::relative(self.store.folder(), &project.file),
             device: DeviceSummary::of(self.device),
             preset: project.quality.preset.name().to_string(),
             seed: project.quality.seed,

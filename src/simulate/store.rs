@@ -34,6 +34,11 @@ impl Store {
         Ok(Self { folder: folder.to_path_buf() })
     }
 
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Path of a matrix.
     pub fn matrix_path(&self, name: &str) -> PathBuf {
         self.folder.join("matrices").join(format!("{name}.mtx"))

@@ -5,13 +5,16 @@ use super::results::EstimatedError;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Contents of `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
     /// `lucarne` and its version.
     pub program: String,
+    /// Project file, relative to the folder of results where that is possible: whoever opens the
+    /// results finds room and weather by it.
+    pub project: PathBuf,
     /// Where the kernels ran.
     pub device: DeviceSummary,
     /// Preset of `[quality]`.

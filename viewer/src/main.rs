@@ -1,27 +1,45 @@
-//! Viewer for Lucarne's results. So far it opens a window that says where results are; its panels
-//! are still to be built.
+//! Viewer for what Lucarne and Radiance write: BSDFs as hemispheres, pictures as falsecolours, a
+//! year of results to scrub through, and sensors on their plan.
+//!
+//! Every panel has a *model* (what is shown for which state; tested without a window) and a *panel*
+//! that paints it. [`offscreen`] runs the same program without a window system, for
+//! `--screenshot` and for the tests.
 
-use eframe::egui;
+mod app;
+mod args;
+mod bsdf;
+mod grid;
+mod help;
+mod history;
+mod job;
+mod offscreen;
+mod open;
+mod picture;
+mod plot;
+mod remember;
+mod results;
+mod save;
+mod scale;
+mod texture;
+mod year;
+
+#[cfg(test)]
+mod tests;
+
+use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let started = eframe::run_native("Lucarne", eframe::NativeOptions::default(), Box::new(|_| Ok(Box::new(Viewer))));
-    match started {
+    let args = args::Args::parse();
+    let outcome = match &args.screenshot {
+        Some(path) => offscreen::screenshot(&args, path).map_err(|e| e.to_string()),
+        None => app::run_window(&args),
+    };
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("lucarne-viewer: error: {error}\n  help: the viewer needs a desktop session and a graphics driver");
+        Err(message) => {
+            eprintln!("lucarne-viewer: error: {message}");
             ExitCode::FAILURE
         }
-    }
-}
-
-struct Viewer;
-
-impl eframe::App for Viewer {
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        egui::CentralPanel::default().show(ui, |ui| {
-            ui.heading("Lucarne");
-            ui.label("Results of 'make demo' lie in out/office; pictures can be made with 'lucarne falsecolor'.");
-        });
     }
 }

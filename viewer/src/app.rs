@@ -1,0 +1,518 @@
+//! The window: menu, tabs, messages, and what happens to files and keys.
+
+use crate::args::{Args, PanelKind, ThemeChoice};
+use crate::bsdf::BsdfPanel;
+use crate::grid::GridPanel;
+use crate::help;
+use crate::history::History;
+use crate::job::Job;
+use crate::open::{Opened, open};
+use crate::picture::PicturePanel;
+use crate::plot;
+use crate::remember::Remembered;
+use crate::results::Results;
+use crate::save::{Saving, Writer};
+use crate::year::YearPanel;
+use crate::{bsdf, grid, picture, year};
+use eframe::egui::{self, Color32, Key, KeyboardShortcut, Modifiers, RichText};
+use lucarne::image::palette::Palette;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What a panel wants the window to do.
+#[derive(Default)]
+pub struct Outbox {
+    messages: Vec<(bool, String)>,
+    save: Option<(PathBuf, Writer)>,
+    show: Option<PanelKind>,
+}
+
+impl Outbox {
+    /// Tells the user about a failure.
+    pub fn error(&mut self, text: String) {
+        self.messages.push((true, text));
+    }
+
+    /// Tells the user that something was done.
+    pub fn note(&mut self, text: String) {
+        self.messages.push((false, text));
+    }
+
+    /// Asks for a name, then writes.
+    pub fn save(&mut self, name: PathBuf, write: Writer) {
+        self.save = Some((name, write));
+    }
+
+    /// Changes to another panel.
+    pub fn show(&mut self, panel: PanelKind) {
+        self.show = Some(panel);
+    }
+}
+
+/// Everything the user has chosen: what undo brings back.
+#[derive(Clone, PartialEq, Default)]
+pub struct Views {
+    /// Panel in front.
+    pub panel: PanelKind,
+    /// BSDF panel.
+    pub bsdf: bsdf::model::View,
+    /// Picture panel.
+    pub picture: picture::model::View,
+    /// Year panel.
+    pub year: year::model::View,
+    /// Grid panel.
+    pub grid: grid::model::View,
+}
+
+/// The program's state.
+pub struct App {
+    /// What the user has chosen.
+    pub views: Views,
+    history: History<Views>,
+    bsdf: BsdfPanel,
+    picture: PicturePanel,
+    year: YearPanel,
+    grid: GridPanel,
+    results: Option<Arc<Results>>,
+    loading: Vec<(PathBuf, Job<lucarne::Result<Opened>>)>,
+    waiting: Vec<PathBuf>,
+    messages: Vec<(bool, String)>,
+    remembered: Remembered,
+    remember_at: Option<PathBuf>,
+    /// Text of the field of "Open".
+    path_field: Option<String>,
+    saving: Option<Saving>,
+    help: bool,
+    panel_wanted: Option<PanelKind>,
+    hour_wanted: Option<usize>,
+}
+
+impl App {
+    /// The program with the files of `args`; its state is remembered at `remember_at`.
+    pub fn new(ctx: &egui::Context, args: &Args, remember_at: Option<PathBuf>) -> Self {
+        let remembered = remember_at.as_deref().map(Remembered::read).unwrap_or_default();
+        style(ctx);
+        let theme = match (args.theme, remembered.theme.as_str()) {
+            (Some(ThemeChoice::Dark), _) | (None, "dark") => egui::ThemePreference::Dark,
+            (Some(ThemeChoice::Light), _) | (None, "light") => egui::ThemePreference::Light,
+            // Without a window system there is no preference to follow.
+            _ if args.screenshot.is_some() => egui::ThemePreference::Light,
+            _ => egui::ThemePreference::System,
+        };
+        ctx.set_theme(theme);
+        if remembered.zoom > 0.0 {
+            ctx.set_zoom_factor(remembered.zoom.clamp(0.5, 4.0));
+        }
+        let mut views = Views::default();
+        if let Ok(palette) = Palette::from_name(&remembered.palette) {
+            views.bsdf.palette = palette;
+            views.picture.palette = palette;
+            views.year.palette = palette;
+            views.grid.palette = palette;
+        }
+        if let Some(panel) = args.panel {
+            views.panel = panel;
+        }
+        let mut app = Self {
+            history: History::new(views.clone()),
+            views,
+            bsdf: BsdfPanel::default(),
+            picture: PicturePanel::default(),
+            year: YearPanel::default(),
+            grid: GridPanel::default(),
+            results: None,
+            loading: Vec::new(),
+            waiting: Vec::new(),
+            messages: Vec::new(),
+            remembered,
+            remember_at,
+            path_field: None,
+            saving: None,
+            help: false,
+            panel_wanted: args.panel,
+            hour_wanted: args.hour,
+        };
+        let again = app.remembered.recent.first().filter(|p| args.files.is_empty() && p.exists()).cloned();
+        app.waiting = if args.files.is_empty() { again.into_iter().collect() } else { args.files.clone() };
+        app
+    }
+
+    /// Opens a file in the background.
+    pub fn open(&mut self, path: &Path) {
+        self.waiting.push(path.to_path_buf());
+    }
+
+    /// Whether something is computed whose result will still change the window.
+    pub fn busy(&self) -> bool {
+        !self.loading.is_empty()
+            || !self.waiting.is_empty()
+            || self.bsdf.busy()
+            || self.picture.busy()
+            || self.year.busy()
+            || self.grid.busy()
+    }
+
+    /// The first failure that is shown.
+    pub fn first_error(&self) -> Option<String> {
+        self.messages.iter().find(|(bad, _)| *bad).map(|(_, text)| text.clone())
+    }
+
+    /// One frame.
+    pub fn frame(&mut self, ui: &mut egui::Ui) {
+        let ctx = ui.ctx().clone();
+        self.take_files(&ctx);
+        let mut out = Outbox::default();
+        if self.saving.is_none() && self.path_field.is_none() {
+            self.shortcuts(ui);
+        }
+        egui::Panel::top("menu").show(ui, |ui| self.menu(ui));
+        if !self.messages.is_empty() {
+            egui::Panel::bottom("messages").show(ui, |ui| self.message_list(ui));
+        }
+        egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.panel(ui, &mut out));
+        if self.help {
+            self.help = help::show(&ctx, self.views.panel);
+        }
+        self.open_field(&ctx);
+        if let Some(mut saving) = self.saving.take()
+            && saving.show(&ctx, &mut out)
+        {
+            self.saving = Some(saving);
+        }
+        self.carry_out(out);
+        if !ctx.input(|i| i.pointer.any_down()) {
+            self.history.note(&self.views);
+        }
+    }
+
+    fn panel(&mut self, ui: &mut egui::Ui, out: &mut Outbox) {
+        let keys = !self.help && !ui.ctx().egui_wants_keyboard_input();
+        match self.views.panel {
+            PanelKind::Bsdf => {
+                if keys {
+                    self.bsdf.keys(ui, &mut self.views.bsdf);
+                }
+                self.bsdf.show(ui, &mut self.views.bsdf, out);
+            }
+            PanelKind::Picture => {
+                if keys {
+                    self.picture.keys(ui, &mut self.views.picture);
+                }
+                self.picture.show(ui, &mut self.views.picture, out);
+            }
+            PanelKind::Year => {
+                if keys && let Some(results) = &self.results {
+                    self.year.keys(ui, &mut self.views.year, results);
+                }
+                self.year.show(ui, &mut self.views.year, self.results.as_ref(), out);
+            }
+            PanelKind::Grid => {
+                let hour = &mut self.views.year.hour;
+                if keys && let Some(results) = &self.results {
+                    self.grid.keys(ui, &mut self.views.grid, results, hour);
+                }
+                self.grid.show(ui, &mut self.views.grid, self.results.as_ref(), hour);
+            }
+        }
+    }
+
+    fn carry_out(&mut self, out: Outbox) {
+        self.messages.extend(out.messages);
+        if let Some((name, write)) = out.save {
+            self.saving = Some(Saving::new(&name, write));
+        }
+        if let Some(panel) = out.show {
+            self.views.panel = panel;
+        }
+    }
+
+    fn take_files(&mut self, ctx: &egui::Context) {
+        let dropped: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_path_buf()).collect());
+        self.waiting.extend(dropped.into_iter().filter(|p| !p.as_os_str().is_empty()));
+        for path in std::mem::take(&mut self.waiting) {
+            let file = path.clone();
+            self.loading.push((path, Job::start(ctx, move || open(&file))));
+        }
+        // In the order they were asked for, so that the second BSDF is the second.
+        while let Some(result) = self.loading.first().and_then(|(_, job)| job.poll()) {
+            let (path, _) = self.loading.remove(0);
+            match result {
+                Ok(Ok(opened)) => {
+                    self.remembered.opened(&path);
+                    self.take(opened);
+                }
+                Ok(Err(error)) => self.messages.push((true, error.to_string())),
+                Err(()) => self.messages.push((true, format!("{}: reading failed unexpectedly", path.display()))),
+            }
+        }
+    }
+
+    fn take(&mut self, opened: Opened) {
+        let panel = match opened {
+            Opened::Bsdf(file) => {
+                if self.views.panel == PanelKind::Year && self.results.is_some() && self.panel_wanted.is_none() {
+                    // Over a year a BSDF is another state of the façade.
+                    self.year.add_state(file);
+                    return;
+                }
+                let beside = self.bsdf.count() == 1;
+                self.bsdf.open(file, &mut self.views.bsdf, beside);
+                PanelKind::Bsdf
+            }
+            Opened::Picture(file) => {
+                self.picture.open(*file, &mut self.views.picture);
+                PanelKind::Picture
+            }
+            Opened::Results(results) => {
+                self.year.open(&results, &mut self.views.year);
+                self.grid.open(&results, &mut self.views.grid);
+                if let Some(hour) = self.hour_wanted.take() {
+                    let last = results.hours().saturating_sub(1);
+                    if hour > last {
+                        self.messages.push((true, format!("--hour: hour {hour} does not exist; the last one is {last}")));
+                    }
+                    self.views.year.hour = hour.min(last);
+                }
+                self.messages.extend(results.notes.iter().map(|n| (false, n.clone())));
+                self.results = Some(results);
+                if self.views.panel == PanelKind::Grid { PanelKind::Grid } else { PanelKind::Year }
+            }
+        };
+        self.views.panel = self.panel_wanted.take().unwrap_or(panel);
+        self.history.amend(&self.views);
+    }
+
+    fn shortcuts(&mut self, ui: &egui::Ui) {
+        let ctx = ui.ctx();
+        let command = |key: Key| ctx.input_mut(|i| i.consume_shortcut(&KeyboardShortcut::new(Modifiers::COMMAND, key)));
+        if command(Key::O) {
+            self.path_field = Some(String::new());
+        }
+        for (panel, key) in PanelKind::ALL.into_iter().zip([Key::Num1, Key::Num2, Key::Num3, Key::Num4]) {
+            if command(key) {
+                self.views.panel = panel;
+            }
+        }
+        if ctx.input_mut(|i| i.consume_shortcut(&KeyboardShortcut::new(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z))) || command(Key::Y) {
+            self.redo();
+        }
+        if command(Key::Z) {
+            self.undo();
+        }
+        if command(Key::D) {
+            self.set_theme(ctx, !ui.visuals().dark_mode);
+        }
+        let asked = ctx.input(|i| i.key_pressed(Key::F1) || i.key_pressed(Key::Questionmark));
+        if asked && !ctx.egui_wants_keyboard_input() {
+            self.help = !self.help;
+        }
+        if ctx.input(|i| i.key_pressed(Key::Escape)) && !self.help {
+            self.messages.clear();
+        }
+    }
+
+    fn undo(&mut self) {
+        if let Some(views) = self.history.undo() {
+            self.views = views;
+        }
+    }
+
+    fn redo(&mut self) {
+        if let Some(views) = self.history.redo() {
+            self.views = views;
+        }
+    }
+
+    fn set_theme(&mut self, ctx: &egui::Context, dark: bool) {
+        ctx.set_theme(if dark { egui::ThemePreference::Dark } else { egui::ThemePreference::Light });
+        self.remembered.theme = if dark { "dark" } else { "light" }.into();
+    }
+
+    fn menu(&mut self, ui: &mut egui::Ui) {
+        egui::MenuBar::new().ui(ui, |ui| {
+            ui.menu_button("File", |ui| {
+                if ui.button("Open…   Ctrl+O").clicked() {
+                    self.path_field = Some(String::new());
+                }
+                ui.separator();
+                ui.weak("Recent");
+                let recent = self.remembered.recent.clone();
+                if recent.is_empty() {
+                    ui.weak("  nothing yet");
+                }
+                for path in &recent {
+                    if ui.button(shortened(path)).on_hover_text(path.display().to_string()).clicked() {
+                        self.open(path);
+                    }
+                }
+                ui.separator();
+                if ui.button("Quit").clicked() {
+                    ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+                }
+            });
+            ui.menu_button("View", |ui| {
+                let (back, forward) = self.history.steps();
+                if ui.add_enabled(back, egui::Button::new("Undo   Ctrl+Z")).clicked() {
+                    self.undo();
+                }
+                if ui.add_enabled(forward, egui::Button::new("Redo   Ctrl+Shift+Z")).clicked() {
+                    self.redo();
+                }
+                ui.separator();
+                let dark = ui.visuals().dark_mode;
+                if ui.button(if dark { "Light   Ctrl+D" } else { "Dark   Ctrl+D" }).clicked() {
+                    self.set_theme(&ui.ctx().clone(), !dark);
+                }
+            });
+            if ui.button("Keys").on_hover_text("F1 or ?").clicked() {
+                self.help = true;
+            }
+            ui.separator();
+            for panel in PanelKind::ALL {
+                let text = RichText::new(panel.name()).strong();
+                ui.selectable_value(&mut self.views.panel, panel, text);
+            }
+            ui.separator();
+            if let Some((path, _)) = self.loading.first() {
+                ui.spinner();
+                ui.weak(format!("reading {}", shortened(path)));
+            } else if matches!(self.views.panel, PanelKind::Year | PanelKind::Grid)
+                && let Some(results) = &self.results
+            {
+                ui.weak(&results.title);
+            }
+        });
+    }
+
+    fn message_list(&mut self, ui: &mut egui::Ui) {
+        let mut closed = None;
+        ui.add_space(2.0);
+        for (i, (bad, text)) in self.messages.iter().enumerate().rev().take(4) {
+            ui.horizontal_top(|ui| {
+                if ui.small_button("×").on_hover_text("Close (Esc closes all)").clicked() {
+                    closed = Some(i);
+                }
+                let color: Color32 = if *bad { plot::line_color(ui, 1) } else { ui.visuals().text_color() };
+                ui.add(egui::Label::new(RichText::new(text.as_str()).color(color)).wrap());
+            });
+        }
+        if let Some(i) = closed {
+            self.messages.remove(i);
+        }
+    }
+
+    fn open_field(&mut self, ctx: &egui::Context) {
+        let Some(mut text) = self.path_field.take() else { return };
+        let mut keep = true;
+        egui::Modal::new(egui::Id::unique("open")).show(ctx, |ui| {
+            ui.heading("Open");
+            ui.label("Path of a result folder, a BSDF (.xml), a picture (.hdr, .exr) or a matrix (.mtx); or drop it on the window.");
+            let field = ui.add(egui::TextEdit::singleline(&mut text).desired_width(520.0).hint_text("out/office"));
+            field.request_focus();
+            for name in completions(&text) {
+                if ui.selectable_label(false, &name).clicked() {
+                    text = name;
+                }
+            }
+            ui.add_space(6.0);
+            ui.horizontal(|ui| {
+                let enter = ui.input(|i| i.key_pressed(Key::Enter));
+                if (ui.button("Open").clicked() || enter) && !text.trim().is_empty() {
+                    self.waiting.push(PathBuf::from(text.trim()));
+                    keep = false;
+                }
+                if ui.button("Cancel").clicked() || ui.input(|i| i.key_pressed(Key::Escape)) {
+                    keep = false;
+                }
+            });
+        });
+        self.path_field = keep.then_some(text);
+    }
+}
+
+/// Files and folders that begin as the text does, at most eight.
+fn completions(text: &str) -> Vec<String> {
+    let (folder, start) = text.rsplit_once('/').map_or(("", text), |(f, s)| (f, s));
+    let base = if text.starts_with('/') && folder.is_empty() {
+        "/"
+    } else if folder.is_empty() {
+        "."
+    } else {
+        folder
+    };
+    let Ok(entries) = std::fs::read_dir(base) else { return Vec::new() };
+    let mut names: Vec<String> = entries
+        .flatten()
+        .filter_map(|e| {
+            let name = e.file_name().to_string_lossy().into_owned();
+            let folder_end = if e.path().is_dir() { "/" } else { "" };
+            let known = !folder_end.is_empty() || [".xml", ".hdr", ".pic", ".exr", ".mtx"].iter().any(|x| name.ends_with(x));
+            let prefix = if text.contains('/') { format!("{folder}/") } else { String::new() };
+            (name.starts_with(start) && !name.starts_with('.') && known).then(|| format!("{prefix}{name}{folder_end}"))
+        })
+        .collect();
+    names.sort();
+    names.truncate(8);
+    names
+}
+
+/// The last two parts of a path.
+fn shortened(path: &Path) -> String {
+    let parts: Vec<_> = path.components().rev().take(2).map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+    parts.into_iter().rev().collect::<Vec<_>>().join("/")
+}
+
+fn style(ctx: &egui::Context) {
+    ctx.all_styles_mut(|s| {
+        s.spacing.item_spacing = egui::vec2(8.0, 5.0);
+        s.spacing.button_padding = egui::vec2(7.0, 3.0);
+        for (style, size) in [(egui::TextStyle::Body, 13.5), (egui::TextStyle::Button, 13.5), (egui::TextStyle::Small, 11.5)] {
+            if let Some(font) = s.text_styles.get_mut(&style) {
+                font.size = size;
+            }
+        }
+        // The default greys are faint on white.
+        if !s.visuals.dark_mode {
+            s.visuals.override_text_color = Some(Color32::from_gray(35));
+            s.visuals.weak_text_color = Some(Color32::from_gray(95));
+        } else {
+            s.visuals.override_text_color = Some(Color32::from_gray(222));
+            s.visuals.weak_text_color = Some(Color32::from_gray(160));
+        }
+    });
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.frame(ui);
+        self.remembered.zoom = ui.ctx().zoom_factor();
+        let size = ui.ctx().content_rect().size();
+        self.remembered.window = Some([size.x, size.y]);
+    }
+
+    fn on_exit(&mut self) {
+        self.remembered.palette = self.views.bsdf.palette.name().into();
+        if let Some(path) = &self.remember_at {
+            self.remembered.write(path);
+        }
+    }
+}
+
+/// Opens the window and runs until it is closed.
+pub fn run_window(args: &Args) -> Result<(), String> {
+    let remember_at = Remembered::path();
+    let known = remember_at.as_deref().map(Remembered::read).and_then(|r| r.window);
+    let [w, h] = known.unwrap_or([args.size.0[0] as f32, args.size.0[1] as f32]);
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_inner_size([w.clamp(640.0, 4000.0), h.clamp(480.0, 3000.0)])
+            .with_min_inner_size([640.0, 480.0]),
+        ..Default::default()
+    };
+    let args = args.clone();
+    eframe::run_native("Lucarne", options, Box::new(move |cc| Ok(Box::new(App::new(&cc.egui_ctx, &args, remember_at))))).map_err(|e| {
+        format!(
+            "{e}\n  help: the window needs a desktop session and a graphics driver; without them, --screenshot FILE.png writes a picture"
+        )
+    })
+}

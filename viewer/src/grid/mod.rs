@@ -1,0 +1,8 @@
+//! The Grid panel: sensors on the room's plan.
+
+pub mod model;
+mod panel;
+pub mod plan;
+mod space;
+
+pub use panel::GridPanel;

@@ -1,0 +1,328 @@
+//! What the Grid panel shows for which state: metrics of a year, cells, contours, outlines.
+
+use crate::results::{Group, Results};
+use crate::scale::ScaleChoice;
+use crate::year::model::Stamp;
+use glam::{DVec2, DVec3};
+use lucarne::image::palette::Palette;
+use lucarne::matrix::Matrix;
+use lucarne::scene::Scene;
+use std::collections::HashMap;
+
+/// What the sensors' colours mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Metric {
+    /// Illuminance of the hour shown.
+    Hour,
+    /// Mean over all hours.
+    Mean,
+    /// Mean over occupied hours.
+    MeanOccupied,
+    /// Daylight autonomy: share of occupied hours with at least 300 lx.
+    Autonomy,
+    /// Continuous daylight autonomy: hours below 300 lx count in part.
+    ContinuousAutonomy,
+    /// Useful daylight illuminance: 100 to 3000 lx.
+    Useful,
+    /// Below 100 lx.
+    UsefulFellShort,
+    /// Above 3000 lx.
+    UsefulExceeded,
+}
+
+impl Metric {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Hour,
+        Self::Mean,
+        Self::MeanOccupied,
+        Self::Autonomy,
+        Self::ContinuousAutonomy,
+        Self::Useful,
+        Self::UsefulFellShort,
+        Self::UsefulExceeded,
+    ];
+
+    /// Name and what it means.
+    pub fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Hour => ("Illuminance of the hour", "The hour of the Year panel"),
+            Self::Mean => ("Mean of all hours", "Day and night"),
+            Self::MeanOccupied => ("Mean of occupied hours", "8:00 to 18:00 every day"),
+            Self::Autonomy => ("Daylight autonomy DA300", "Share of occupied hours with at least 300 lx"),
+            Self::ContinuousAutonomy => ("Continuous autonomy cDA300", "Hours below 300 lx count as the share they reach"),
+            Self::Useful => ("Useful daylight UDI 100–3000", "Share of occupied hours between 100 and 3000 lx"),
+            Self::UsefulFellShort => ("UDI fell short, below 100", "Share of occupied hours below 100 lx"),
+            Self::UsefulExceeded => ("UDI exceeded, above 3000", "Share of occupied hours above 3000 lx"),
+        }
+    }
+
+    /// Whether it is a share of occupied hours, 0…1.
+    pub fn is_share(self) -> bool {
+        !matches!(self, Self::Hour | Self::Mean | Self::MeanOccupied)
+    }
+
+    /// Values by sensor. Shares are 0…1.
+    pub fn values(self, lux: &Matrix<f32>, stamps: &[Stamp], hour: usize) -> Vec<f64> {
+        let occupied: Vec<bool> = stamps.iter().map(is_occupied).collect();
+        let count = occupied.iter().filter(|o| **o).count().max(1) as f64;
+        let sum = |row: &[f32], f: &dyn Fn(f64) -> f64| {
+            row.iter().zip(&occupied).filter(|(_, o)| **o).map(|(v, _)| f(f64::from(*v))).sum::<f64>() / count
+        };
+        let share = |test: bool| f64::from(u8::from(test));
+        (0..lux.rows())
+            .map(|s| {
+                let row = lux.row(s);
+                match self {
+                    Self::Hour => f64::from(row.get(hour).copied().unwrap_or(f32::NAN)),
+                    Self::Mean => row.iter().map(|v| f64::from(*v)).sum::<f64>() / row.len().max(1) as f64,
+                    Self::MeanOccupied => sum(row, &|v| v),
+                    Self::Autonomy => sum(row, &|v| share(v >= 300.0)),
+                    Self::ContinuousAutonomy => sum(row, &|v| (v / 300.0).min(1.0)),
+                    Self::Useful => sum(row, &|v| share((100.0..=3000.0).contains(&v))),
+                    Self::UsefulFellShort => sum(row, &|v| share(v < 100.0)),
+                    Self::UsefulExceeded => sum(row, &|v| share(v > 3000.0)),
+                }
+            })
+            .collect()
+    }
+
+    /// A value in words.
+    pub fn text(self, value: f64) -> String {
+        if value.is_nan() {
+            "–".into()
+        } else if self.is_share() {
+            format!("{:.1} %", value * 100.0)
+        } else {
+            format!("{} lx", lucarne::image::palette::rounded_number(value))
+        }
+    }
+}
+
+/// Occupied hours of LM-83: 8:00 to 18:00 local standard time, every day.
+pub fn is_occupied(stamp: &Stamp) -> bool {
+    (8.0..18.0).contains(&stamp.hour)
+}
+
+/// Spatial daylight autonomy sDA300/50 %: share of sensors with DA300 of at least a half.
+pub fn spatial_autonomy(autonomy: &[f64]) -> f64 {
+    autonomy.iter().filter(|a| **a >= 0.5).count() as f64 / autonomy.len().max(1) as f64
+}
+
+/// Everything the user has chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Group of sensors.
+    pub group: usize,
+    /// Metric.
+    pub metric: Metric,
+    /// Scale of illuminances; shares go from 0 to 1.
+    pub scale: ScaleChoice,
+    /// Colours.
+    pub palette: Palette,
+    /// Contour lines.
+    pub contours: bool,
+    /// Values beside the sensors.
+    pub numbers: bool,
+    /// 3-D instead of plan.
+    pub solid: bool,
+    /// Turn of the 3-D view: yaw and pitch, radians.
+    pub turn: [f32; 2],
+    /// Enlargement of the 3-D view.
+    pub zoom: f32,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            group: 0,
+            metric: Metric::Autonomy,
+            scale: ScaleChoice::automatic(false, 3.0),
+            palette: Palette::Viridis,
+            contours: true,
+            numbers: true,
+            solid: false,
+            turn: [0.7, 0.6],
+            zoom: 1.0,
+        }
+    }
+}
+
+/// Sensors as cells of a plan, each as wide as the distance to its neighbours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cells {
+    /// Middle of each, m.
+    pub middles: Vec<DVec2>,
+    /// Side lengths, m.
+    pub size: DVec2,
+}
+
+impl Cells {
+    /// Cells around positions: the smallest distances between different x and y.
+    pub fn around(positions: &[DVec3]) -> Self {
+        let step = |values: Vec<f64>| {
+            let mut sorted = values;
+            sorted.sort_by(f64::total_cmp);
+            let gaps = sorted.windows(2).map(|w| w[1] - w[0]).filter(|g| *g > 1e-3);
+            gaps.fold(f64::MAX, f64::min)
+        };
+        let x = step(positions.iter().map(|p| p.x).collect());
+        let y = step(positions.iter().map(|p| p.y).collect());
+        let known = |a: f64, b: f64| {
+            if a < f64::MAX {
+                a
+            } else if b < f64::MAX {
+                b
+            } else {
+                0.5
+            }
+        };
+        let size = DVec2::new(known(x, y), known(y, x));
+        // Scattered sensors would get slivers.
+        let size = size.max(DVec2::splat(size.max_element() * 0.35)).min(DVec2::splat(2.0));
+        Self { middles: positions.iter().map(|p| p.truncate()).collect(), size }
+    }
+
+    /// The cell at a place.
+    pub fn at(&self, place: DVec2) -> Option<usize> {
+        let inside = |m: &DVec2| ((place - *m).abs() - self.size * 0.5).max_element() <= 0.0;
+        let near = self.middles.iter().enumerate().filter(|(_, m)| inside(m));
+        near.min_by(|a, b| a.1.distance(place).total_cmp(&b.1.distance(place))).map(|(i, _)| i)
+    }
+
+    /// Lines of equal value between the middles of neighbouring cells (marching squares).
+    pub fn contour(&self, values: &[f64], level: f64) -> Vec<[DVec2; 2]> {
+        let index = |m: DVec2| {
+            let g = (m / self.size).round();
+            (g.x as i64, g.y as i64)
+        };
+        let origin = self.middles.first().copied().unwrap_or(DVec2::ZERO);
+        let table: HashMap<(i64, i64), usize> = self.middles.iter().enumerate().map(|(i, m)| (index(*m - origin), i)).collect();
+        let mut lines = Vec::new();
+        for (&(x, y), &a) in &table {
+            let corner = |dx: i64, dy: i64| table.get(&(x + dx, y + dy)).copied();
+            let (Some(b), Some(c), Some(d)) = (corner(1, 0), corner(1, 1), corner(0, 1)) else { continue };
+            let ring = [a, b, c, d];
+            let cut: Vec<DVec2> = (0..4)
+                .filter_map(|k| {
+                    let (i, j) = (ring[k], ring[(k + 1) % 4]);
+                    let (p, q) = (values[i], values[j]);
+                    ((p < level) != (q < level)).then(|| self.middles[i].lerp(self.middles[j], (level - p) / (q - p)))
+                })
+                .collect();
+            for pair in cut.chunks_exact(2) {
+                lines.push([pair[0], pair[1]]);
+            }
+        }
+        lines
+    }
+}
+
+/// Lines where a horizontal plane cuts the scene: walls and furniture of the plan.
+pub fn section(scene: &Scene, height: f64) -> Vec<[DVec2; 2]> {
+    let mut lines = Vec::new();
+    for t in &scene.triangles {
+        let v = t.vertices;
+        let cut: Vec<DVec2> = (0..3)
+            .filter_map(|k| {
+                let (a, b) = (v[k], v[(k + 1) % 3]);
+                ((a.z < height) != (b.z < height)).then(|| a.lerp(b, (height - a.z) / (b.z - a.z)).truncate())
+            })
+            .collect();
+        if let [a, b] = cut[..] {
+            lines.push([a, b]);
+        }
+    }
+    lines
+}
+
+/// Edges of the scene's surfaces: those of one triangle only, or between different planes.
+pub fn edges(scene: &Scene) -> Vec<[DVec3; 2]> {
+    let key = |p: DVec3| (p * 1e4).round().as_i64vec3();
+    let mut seen: HashMap<_, (usize, DVec3, [DVec3; 2], bool)> = HashMap::new();
+    for t in &scene.triangles {
+        let normal = (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).normalize_or_zero();
+        for k in 0..3 {
+            let (a, b) = (t.vertices[k], t.vertices[(k + 1) % 3]);
+            let (p, q) = (key(a), key(b));
+            let name = if p.to_array() < q.to_array() { (p, q) } else { (q, p) };
+            let entry = seen.entry(name).or_insert((0, normal, [a, b], false));
+            entry.0 += 1;
+            entry.3 |= entry.1.dot(normal).abs() < 0.999;
+        }
+    }
+    let mut edges: Vec<[DVec3; 2]> = seen.into_values().filter(|(count, _, _, bent)| *count == 1 || *bent).map(|e| e.2).collect();
+    edges.sort_by(|a, b| a[0].to_array().partial_cmp(&b[0].to_array()).unwrap_or(std::cmp::Ordering::Equal));
+    edges
+}
+
+/// Range of a plan: the sensors, and what of the scene lies near them.
+pub fn extent(group: &Group, results: &Results) -> [DVec2; 2] {
+    let cells = Cells::around(&group.positions);
+    let (mut low, mut high) = (DVec2::MAX, DVec2::MIN);
+    for m in &cells.middles {
+        low = low.min(*m - cells.size * 0.5);
+        high = high.max(*m + cells.size * 0.5);
+    }
+    let near = (high - low).max_element().max(2.0) * 0.35;
+    if let Some(scene) = &results.scene {
+        let height = group.positions.iter().map(|p| p.z).sum::<f64>() / group.len().max(1) as f64;
+        let (l, h) = (low - near, high + near);
+        // Walls that reach far beyond the sensors are those of the house, not of the room.
+        for line in section(scene, height).iter().filter(|line| line.iter().all(|p| p.cmpge(l).all() && p.cmple(h).all())) {
+            for p in line {
+                low = low.min(*p);
+                high = high.max(*p);
+            }
+        }
+    }
+    let margin = (high - low).max_element() * 0.04;
+    [low - margin, high + margin]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn year(lux: impl Fn(usize, usize) -> f32) -> (Matrix<f32>, Vec<Stamp>) {
+        let data = (0..2 * 8760).map(|k| lux(k / 8760, k % 8760)).collect();
+        (Matrix::from_data(2, 8760, 1, data).unwrap(), Stamp::common_year(8760))
+    }
+
+    #[test]
+    fn metrics_count_occupied_hours_only() {
+        // 400 lx in the mornings, 200 lx in the afternoons, 5000 lx at night.
+        let (lux, stamps) = year(|_, h| match h % 24 {
+            8..13 => 400.0,
+            13..18 => 200.0,
+            _ => 5000.0,
+        });
+        let value = |m: Metric| m.values(&lux, &stamps, 9)[0];
+        assert_eq!(value(Metric::Autonomy), 0.5);
+        assert!((value(Metric::ContinuousAutonomy) - 5.0 / 6.0).abs() < 1e-12);
+        assert_eq!((value(Metric::Useful), value(Metric::UsefulExceeded), value(Metric::UsefulFellShort)), (1.0, 0.0, 0.0));
+        assert_eq!((value(Metric::MeanOccupied), value(Metric::Hour)), (300.0, 400.0));
+        assert_eq!(spatial_autonomy(&[0.5, 0.49, 1.0, 0.0]), 0.5);
+    }
+
+    #[test]
+    fn cells_fill_a_grid_and_find_the_pointer() {
+        let positions: Vec<DVec3> = (0..12).map(|i| DVec3::new(f64::from(i % 4) * 0.6, f64::from(i / 4) * 0.5, 0.8)).collect();
+        let cells = Cells::around(&positions);
+        assert!((cells.size - DVec2::new(0.6, 0.5)).length() < 1e-9);
+        assert_eq!(cells.at(DVec2::new(0.61, 0.52)), Some(5));
+        assert_eq!(cells.at(DVec2::new(-0.4, 0.0)), None);
+        let one = Cells::around(&positions[..1]);
+        assert_eq!(one.size, DVec2::splat(0.5));
+    }
+
+    #[test]
+    fn contours_cross_where_the_value_is() {
+        let positions: Vec<DVec3> = (0..12).map(|i| DVec3::new(f64::from(i % 4), f64::from(i / 4), 0.0)).collect();
+        let cells = Cells::around(&positions);
+        let values: Vec<f64> = positions.iter().map(|p| p.x * 10.0).collect();
+        let lines = cells.contour(&values, 12.5);
+        assert_eq!(lines.len(), 2);
+        assert!(lines.iter().flatten().all(|p| (p.x - 1.25).abs() < 1e-12));
+    }
+}

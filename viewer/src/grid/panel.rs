@@ -1,0 +1,226 @@
+//! Painting the Grid panel and taking its clicks.
+
+use super::model::{Metric, View, edges, spatial_autonomy};
+use super::plan::{Plan, sensor_text};
+use super::space;
+use crate::bsdf::palette_choice;
+use crate::plot::{self, color32, empty_state};
+use crate::results::Results;
+use crate::scale::{BAR_WIDTH, ColorBar, draggable_bar};
+use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2};
+use glam::DVec3;
+use lucarne::image::palette::{Scale, rounded_number};
+use std::sync::Arc;
+
+/// The panel with what it has computed.
+#[derive(Default)]
+pub struct GridPanel {
+    key: String,
+    values: Vec<f64>,
+    autonomy: Vec<f64>,
+    edges: Vec<[DVec3; 2]>,
+    readout: String,
+}
+
+impl GridPanel {
+    /// Shows other results.
+    pub fn open(&mut self, results: &Arc<Results>, view: &mut View) {
+        *self = Self { edges: results.scene.as_ref().map(|s| edges(s)).unwrap_or_default(), ..Self::default() };
+        view.group = results.groups.iter().position(|g| !g.positions.is_empty()).unwrap_or(0);
+    }
+
+    /// Nothing here takes longer than a frame.
+    pub fn busy(&self) -> bool {
+        false
+    }
+
+    /// Keys of this panel.
+    pub fn keys(&mut self, ui: &egui::Ui, view: &mut View, results: &Results, hour: &mut usize) {
+        let pressed = |key: Key| ui.input(|i| i.key_pressed(key) && i.modifiers.is_none());
+        if pressed(Key::Num3) {
+            view.solid = !view.solid;
+        }
+        if pressed(Key::C) {
+            view.contours = !view.contours;
+        }
+        if view.metric == Metric::Hour {
+            let mut year = crate::year::model::View { hour: *hour, ..Default::default() };
+            for (key, steps, days) in [(Key::ArrowRight, 1, 0), (Key::ArrowLeft, -1, 0), (Key::ArrowDown, 0, 1), (Key::ArrowUp, 0, -1)] {
+                if pressed(key) {
+                    year.step(results, steps, days);
+                }
+            }
+            *hour = year.hour;
+        }
+    }
+
+    /// Paints the panel.
+    pub fn show(&mut self, ui: &mut egui::Ui, view: &mut View, results: Option<&Arc<Results>>, hour: &mut usize) {
+        let Some(results) = results else {
+            empty_state(
+                ui,
+                "No results are open",
+                &["Drop a result folder of 'lucarne run' here, or open one with Ctrl+O.", "'make demo' computes one: out/office."],
+            );
+            return;
+        };
+        let Some(group) = results.groups.get(view.group) else {
+            empty_state(ui, "These results have no sensors", &["Add [[sensors]] with name and points to the project and run it again."]);
+            return;
+        };
+        let key = format!(
+            "{} {} {:?} {}",
+            results.folder.display(),
+            view.group,
+            view.metric,
+            if view.metric == Metric::Hour { *hour } else { 0 }
+        );
+        if self.key != key {
+            self.values = view.metric.values(&group.lux, &results.stamps, *hour);
+            self.autonomy = Metric::Autonomy.values(&group.lux, &results.stamps, 0);
+            self.key = key;
+        }
+        egui::Panel::left("grid-side").exact_size(272.0).resizable(false).show(ui, |ui| {
+            egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.side(ui, view, results, hour));
+        });
+        egui::CentralPanel::default().show(ui, |ui| self.center(ui, view, results, hour));
+    }
+
+    fn largest(&self) -> f64 {
+        self.values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max)
+    }
+
+    fn scale(&self, view: &View) -> Scale {
+        if view.metric.is_share() {
+            Scale::linear(0.0, 1.0).unwrap_or_else(|_| view.scale.scale(1.0))
+        } else {
+            view.scale.scale(self.largest())
+        }
+    }
+
+    fn side(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Results, hour: &mut usize) {
+        heading(ui, "Sensors");
+        for (i, group) in results.groups.iter().enumerate() {
+            ui.selectable_value(&mut view.group, i, format!("{} ({})", group.name, group.len()));
+        }
+        heading(ui, "Metric");
+        for metric in Metric::ALL {
+            let (name, about) = metric.names();
+            ui.selectable_value(&mut view.metric, metric, name).on_hover_text(about);
+        }
+        if view.metric == Metric::Hour {
+            let last = results.hours().saturating_sub(1);
+            ui.spacing_mut().slider_width = ui.available_width() - 16.0;
+            ui.add(egui::Slider::new(hour, 0..=last).show_value(false)).on_hover_text("Arrow keys step by hours and days");
+            ui.label(format!("{}   hour {hour}", results.stamps[*hour].text()));
+        }
+        heading(ui, "Show");
+        ui.horizontal(|ui| {
+            ui.selectable_value(&mut view.solid, false, "Plan");
+            ui.selectable_value(&mut view.solid, true, "3-D").on_hover_text("Key 3; drag to turn, wheel to zoom");
+        });
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut view.contours, "Contours").on_hover_text("Key C");
+            ui.checkbox(&mut view.numbers, "Values");
+            palette_choice(ui, &mut view.palette);
+        });
+        if !view.metric.is_share() {
+            view.scale.controls(ui, self.largest(), "lx");
+        }
+        heading(ui, "Summary");
+        let values: Vec<f64> = self.values.iter().copied().filter(|v| v.is_finite()).collect();
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        egui::Grid::new("summary").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
+            for (name, value) in [("mean", mean), ("lowest", low), ("highest", self.largest())] {
+                ui.weak(name);
+                ui.strong(view.metric.text(value));
+                ui.end_row();
+            }
+            ui.weak("sDA300/50 %").on_hover_text("Share of the sensors that have 300 lx or more for half of the hours from 8:00 to 18:00");
+            ui.strong(format!("{:.1} %", spatial_autonomy(&self.autonomy) * 100.0));
+            ui.end_row();
+        });
+        ui.add(
+            egui::Label::new(
+                RichText::new("Occupied: 8:00 to 18:00 standard time, every day. The façade as computed, no blinds moved.").small().weak(),
+            )
+            .wrap(),
+        );
+    }
+
+    fn center(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, hour: &mut usize) {
+        let group = &results.groups[view.group.min(results.groups.len() - 1)];
+        let mut title = format!("{}: {}", group.name, view.metric.names().0);
+        if view.metric == Metric::Hour {
+            title = format!("{}: {}", group.name, results.stamps[*hour].text());
+        }
+        ui.label(RichText::new(title).strong().size(17.0));
+        let area = ui.available_rect_before_wrap();
+        if group.positions.is_empty() {
+            ui.add_space(12.0);
+            ui.label("Where these sensors are is not known: the illuminance table (.csv) beside the matrix is missing.");
+            return;
+        }
+        let status = 22.0;
+        let rect = Rect::from_min_max(area.min, pos2(area.right() - BAR_WIDTH - 14.0, area.bottom() - status - 26.0));
+        let scale = self.scale(view);
+        self.readout = "Point at a sensor to read it".into();
+        let under = if view.solid {
+            space::show(ui, rect, group, &self.edges, &self.values, view.palette, &scale, view)
+        } else {
+            let numbers = view.numbers;
+            let share = view.metric.is_share();
+            let label = move |v: f64| match (numbers, share) {
+                (false, _) => String::new(),
+                (true, true) => format!("{:.0}", v * 100.0),
+                (true, false) => rounded_number(v),
+            };
+            let metric = view.metric;
+            let name = |v: f64| if metric.is_share() { format!("{:.0} %", v * 100.0) } else { rounded_number(v) };
+            let contours = if view.contours { levels(&scale).into_iter().map(|v| (v, name(v))).collect() } else { Vec::new() };
+            Plan { group, results, values: &self.values, palette: view.palette, scale: &scale, contours, label: &label }.paint(ui, rect)
+        };
+        if let Some(sensor) = under {
+            self.readout = sensor_text(group, sensor, &view.metric.text(self.values[sensor]));
+        }
+        let bar = Rect::from_min_max(pos2(rect.right() + 14.0, rect.top()), pos2(area.right(), rect.bottom()));
+        let mark = under.map(|s| self.values[s]);
+        if view.metric.is_share() {
+            let palette = view.palette;
+            let color = |t: f64| color32(palette.color(t));
+            let ticks = (0..=5).map(|i| (f64::from(i) / 5.0, format!("{} %", i * 20))).collect();
+            ColorBar { color: &color, label: "of hours", ticks, mark }.paint(ui, bar);
+        } else {
+            let largest = self.largest();
+            draggable_bar(ui, bar, &mut view.scale, largest, view.palette, "lx", mark);
+        }
+        ui.painter().text(
+            pos2(area.left() + 4.0, area.bottom() - status / 2.0),
+            Align2::LEFT_CENTER,
+            &self.readout,
+            FontId::proportional(13.0),
+            ui.visuals().text_color(),
+        );
+        if results.scene.is_none() {
+            let text = "without the project file the room's outline is not known";
+            ui.painter().text(
+                pos2(area.right(), area.bottom() - status / 2.0),
+                Align2::RIGHT_CENTER,
+                text,
+                FontId::proportional(11.5),
+                plot::axis(ui),
+            );
+        }
+    }
+}
+
+/// Contours at the numbers of the scale, without its ends.
+fn levels(scale: &Scale) -> Vec<f64> {
+    scale.ticks(5).into_iter().filter(|v| (0.02..0.98).contains(&scale.position(*v))).collect()
+}
+
+fn heading(ui: &mut egui::Ui, text: &str) {
+    ui.add_space(8.0);
+    ui.label(RichText::new(text).strong().size(14.0));
+}

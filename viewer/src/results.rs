@@ -1,0 +1,329 @@
+//! A result folder: what `lucarne run` writes, read as far as it is needed.
+
+use crate::year::model::Stamp;
+use glam::DVec3;
+use lucarne::matrix::Matrix;
+use lucarne::matrix::file::read_matrix;
+use lucarne::matrix::rows::MatrixRows;
+use lucarne::scene::Scene;
+use lucarne::simulate::Project;
+use lucarne::weather::Weather;
+use lucarne::{Error, Result, Warnings};
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A group of sensors with its year.
+pub struct Group {
+    /// Its name.
+    pub name: String,
+    /// Positions, m; empty if the folder does not tell.
+    pub positions: Vec<DVec3>,
+    /// Directions they face; empty if the project is not found.
+    pub directions: Vec<DVec3>,
+    /// Lux, `[sensor][hour]`.
+    pub lux: Arc<Matrix<f32>>,
+}
+
+impl Group {
+    /// Number of sensors.
+    pub fn len(&self) -> usize {
+        self.lux.rows()
+    }
+}
+
+/// A view whose pictures can be computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewFile {
+    /// Its name.
+    pub name: String,
+    /// Its view matrix.
+    pub matrix: PathBuf,
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Columns of the matrix.
+    pub bins: usize,
+    /// The view as Radiance options.
+    pub options: Option<String>,
+}
+
+/// Glare of one view over the year.
+pub struct GlareYear {
+    /// The view's name.
+    pub view: String,
+    /// DGP by hour; NaN where it was not computed (night).
+    pub dgp: Vec<f64>,
+    /// Class by hour, 0…3, NaN where none.
+    pub class: Vec<f64>,
+}
+
+/// Names of the classes of DGP.
+pub const CLASSES: [&str; 4] = ["imperceptible", "perceptible", "disturbing", "intolerable"];
+
+/// A folder of results.
+pub struct Results {
+    /// The folder, or the matrix file.
+    pub folder: PathBuf,
+    /// One line about it.
+    pub title: String,
+    /// Time of each hour.
+    pub stamps: Vec<Stamp>,
+    /// Groups of sensors.
+    pub groups: Vec<Group>,
+    /// Views.
+    pub views: Vec<ViewFile>,
+    /// Glare.
+    pub glare: Vec<GlareYear>,
+    /// Names of the windows in the order of the view matrices' columns.
+    pub windows: Vec<String>,
+    /// The room, if the project it came from is found.
+    pub scene: Option<Arc<Scene>>,
+    /// Site and sun, likewise.
+    pub weather: Option<Arc<Weather>>,
+    /// What is worth telling: parts that are missing.
+    pub notes: Vec<String>,
+}
+
+impl Results {
+    /// Reads a folder.
+    pub fn open(folder: &Path) -> Result<Self> {
+        let summary_path = folder.join("summary.json");
+        let bytes = lucarne::files::read(&summary_path).map_err(|_| {
+            Error::new("this folder holds no results: there is no summary.json")
+                .file(folder)
+                .help("open a folder that 'lucarne run PROJECT.toml -o FOLDER' has written")
+        })?;
+        let summary: serde_json::Value =
+            serde_json::from_slice(&bytes).map_err(|e| Error::new(e.to_string()).file(&summary_path).help("run the project again"))?;
+        let names = |key: &str| -> Vec<String> {
+            let list = summary[key].as_array().into_iter().flatten();
+            list.filter_map(|s| s["name"].as_str().map(str::to_string)).collect()
+        };
+        let mut notes = Vec::new();
+        let (mut groups, mut stamps) = (Vec::new(), Vec::new());
+        for name in names("sensors") {
+            let base = folder.join("illuminance").join(&name);
+            let lux = read_matrix(&base.with_added_extension("mtx"))?.matrix;
+            let (positions, times) = read_table(&base.with_added_extension("csv")).unwrap_or_default();
+            let positions = if positions.len() == lux.rows() { positions } else { Vec::new() };
+            if times.len() == lux.cols() {
+                stamps = times;
+            }
+            groups.push(Group { name, positions, directions: Vec::new(), lux: Arc::new(lux) });
+        }
+        let windows = names("matrices").iter().filter_map(|n| n.strip_prefix("D_").map(str::to_string)).collect();
+        let mut views = Vec::new();
+        for name in names("views") {
+            match view_file(folder, &name) {
+                Ok(view) => views.push(view),
+                Err(e) => notes.push(format!("view '{name}' cannot be shown: {e}")),
+            }
+        }
+        let hours = groups.first().map(|g| g.lux.cols()).or_else(|| summary["hours"].as_u64().map(|h| h as usize)).unwrap_or(8760);
+        let project = summary["project"].as_str().map(|p| folder.join(p)).or_else(|| guess_project(folder));
+        let (mut scene, mut weather) = (None, None);
+        if let Some(project) = project {
+            match read_room(&project, &mut groups) {
+                Ok((s, w)) => (scene, weather) = (Some(Arc::new(s)), Some(Arc::new(w))),
+                Err(e) => notes.push(format!("the room's outline and the sun are not shown: {e}")),
+            }
+        }
+        if let Some(w) = &weather
+            && w.records.len() == hours
+        {
+            stamps = w.records.iter().map(|r| Stamp { month: r.month, day: r.day, hour: r.hour }).collect();
+        }
+        if stamps.len() != hours {
+            stamps = Stamp::common_year(hours);
+        }
+        let glare = read_glare(folder, hours, &mut notes);
+        let title = format!(
+            "{}   {} hours, preset {}, {}",
+            folder.display(),
+            hours,
+            summary["preset"].as_str().unwrap_or("?"),
+            summary["device"]["name"].as_str().unwrap_or("?")
+        );
+        Ok(Self { folder: folder.to_path_buf(), title, stamps, groups, views, glare, windows, scene, weather, notes })
+    }
+
+    /// A year of illuminance from a matrix file alone.
+    pub fn of_illuminance(path: &Path, lux: Matrix<f32>) -> Result<Self> {
+        let hours = lux.cols();
+        let name = path.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let (positions, stamps) = read_table(&path.with_extension("csv")).unwrap_or_default();
+        let positions = if positions.len() == lux.rows() { positions } else { Vec::new() };
+        let stamps = if stamps.len() == hours { stamps } else { Stamp::common_year(hours) };
+        Ok(Self {
+            folder: path.to_path_buf(),
+            title: format!("{}   {} sensors, {hours} hours", path.display(), lux.rows()),
+            stamps,
+            groups: vec![Group { name, positions, directions: Vec::new(), lux: Arc::new(lux) }],
+            views: Vec::new(),
+            glare: Vec::new(),
+            windows: Vec::new(),
+            scene: None,
+            weather: None,
+            notes: Vec::new(),
+        })
+    }
+
+    /// Number of hours.
+    pub fn hours(&self) -> usize {
+        self.stamps.len()
+    }
+
+    /// Path of a matrix.
+    pub fn matrix(&self, name: &str) -> PathBuf {
+        self.folder.join("matrices").join(format!("{name}.mtx"))
+    }
+}
+
+fn view_file(folder: &Path, name: &str) -> Result<ViewFile> {
+    let matrix = folder.join("matrices").join(format!("V_{name}.mtx"));
+    let rows = MatrixRows::open(&matrix)?.ok_or_else(|| Error::new("the matrix is text").file(&matrix))?;
+    let value = |key: &str| rows.header().iter().rev().find_map(|l| l.strip_prefix(key)?.strip_prefix('=')).map(|v| v.trim().to_string());
+    let size = value("RESOLUTION").unwrap_or_default();
+    let words: Vec<&str> = size.split_whitespace().collect();
+    let [width, height] = match words[..] {
+        ["-Y", h, "+X", w] => [w.parse().unwrap_or(0), h.parse().unwrap_or(0)],
+        _ => [0, 0],
+    };
+    if width * height != rows.rows() || rows.rows() == 0 || rows.components() != 3 {
+        return Err(Error::new("the header does not tell the size of the pictures").file(&matrix).field("RESOLUTION"));
+    }
+    Ok(ViewFile { name: name.into(), width, height, bins: rows.cols(), options: value("VIEW"), matrix })
+}
+
+/// Positions and times of an illuminance table: `month,day,hour,1 (x y z),2 (x y z),…`.
+fn read_table(path: &Path) -> Option<(Vec<DVec3>, Vec<Stamp>)> {
+    let mut lines = std::io::BufReader::new(std::fs::File::open(path).ok()?).lines();
+    let head = lines.next()?.ok()?;
+    let position = |label: &str| {
+        let inside = label.split_once('(')?.1.strip_suffix(')')?;
+        let n: Vec<f64> = inside.split_whitespace().filter_map(|v| v.parse().ok()).collect();
+        (n.len() == 3).then(|| DVec3::new(n[0], n[1], n[2]))
+    };
+    let positions: Option<Vec<DVec3>> = head.split(',').skip(3).map(position).collect();
+    let stamps = lines.map_while(|line| {
+        let line = line.ok()?;
+        let mut words = line.splitn(4, ',');
+        Some(Stamp { month: words.next()?.parse().ok()?, day: words.next()?.parse().ok()?, hour: words.next()?.parse().ok()? })
+    });
+    Some((positions.unwrap_or_default(), stamps.collect()))
+}
+
+/// `glare/VIEW.csv` of every view: `hour,dgp,dgp_standard_error,ev_lux,sources,class`.
+fn read_glare(folder: &Path, hours: usize, notes: &mut Vec<String>) -> Vec<GlareYear> {
+    let Ok(entries) = std::fs::read_dir(folder.join("glare")) else { return Vec::new() };
+    let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "csv")).collect();
+    files.sort();
+    let mut glare = Vec::new();
+    for file in files {
+        let Ok(text) = std::fs::read_to_string(&file) else { continue };
+        let mut lines = text.lines();
+        let columns: Vec<&str> = lines.next().unwrap_or_default().split(',').map(str::trim).collect();
+        let column = |name: &str| columns.iter().position(|c| *c == name);
+        let (Some(hour), Some(dgp)) = (column("hour"), column("dgp")) else { continue };
+        let view = file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let mut year = GlareYear { view, dgp: vec![f64::NAN; hours], class: vec![f64::NAN; hours] };
+        for line in lines {
+            let words: Vec<&str> = line.split(',').collect();
+            let at = words.get(hour).and_then(|w| w.trim().parse::<usize>().ok());
+            let value = words.get(dgp).and_then(|w| w.trim().parse::<f64>().ok());
+            match (at, value) {
+                (Some(h), Some(v)) if h < hours => {
+                    year.dgp[h] = v;
+                    year.class[h] = class_of(v);
+                }
+                _ => {
+                    notes.push(format!("{}: a line was not understood: {line}", file.display()));
+                    break;
+                }
+            }
+        }
+        glare.push(year);
+    }
+    glare
+}
+
+/// Class of a DGP, 0…3 of [`CLASSES`].
+pub fn class_of(dgp: f64) -> f64 {
+    if dgp.is_nan() {
+        return f64::NAN;
+    }
+    [0.35, 0.40, 0.45].iter().filter(|limit| dgp >= **limit).count() as f64
+}
+
+/// A result folder `out/NAME` of a checkout whose project is `scenes/NAME/project.toml`.
+fn guess_project(folder: &Path) -> Option<PathBuf> {
+    let folder = std::path::absolute(folder).ok()?;
+    let project = folder.parent()?.parent()?.join("scenes").join(folder.file_name()?).join("project.toml");
+    project.exists().then_some(project)
+}
+
+/// Scene and weather of a project, and where its sensors face.
+fn read_room(project: &Path, groups: &mut [Group]) -> Result<(Scene, Weather)> {
+    let project = Project::read(project)?;
+    let mut warnings = Warnings::new();
+    let weather = Weather::read(&project.weather.file, &mut warnings)?;
+    let base = project.folder();
+    let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
+    let mut scene = lucarne::scene::read_scene(&files, base, &mut warnings)?;
+    // Windows are part of the outline.
+    for window in &project.windows {
+        let surface = window.surface.strip_prefix(base).unwrap_or(&window.surface);
+        for w in lucarne::scene::read_windows(surface, base, &mut warnings)? {
+            let surface = scene.surfaces.len() as u32;
+            scene.surfaces.push(w.origin.clone());
+            scene.triangles.extend(w.triangles.iter().map(|t| lucarne::scene::Triangle {
+                vertices: *t,
+                material: lucarne::scene::MaterialIndex(u32::MAX),
+                surface,
+            }));
+        }
+    }
+    for section in &project.sensors {
+        let sensors = lucarne::scene::read_sensors(&section.points, Some(&section.name), &mut warnings)?;
+        if let Some(group) = groups.iter_mut().find(|g| g.name == section.name && g.len() == sensors.len()) {
+            group.positions = sensors.iter().map(|s| s.position).collect();
+            group.directions = sensors.iter().map(|s| s.direction).collect();
+        }
+    }
+    Ok((scene, weather))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_have_the_limits_of_dgp() {
+        let classes: Vec<f64> = [0.2, 0.35, 0.4, 0.449, 0.45, 1.0].map(class_of).to_vec();
+        assert_eq!(classes, [0.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
+        assert!(class_of(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn glare_tables_are_read_by_the_names_of_their_columns() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("glare")).unwrap();
+        let text = "hour,dgp,dgp_standard_error,ev_lux,sources,class\n8,0.41,0.001,2000,2,disturbing\n9,0.2,0.001,900,0,imperceptible\n";
+        std::fs::write(folder.path().join("glare/desk.csv"), text).unwrap();
+        std::fs::write(folder.path().join("glare/annual.csv"), "view,dgp\ndesk,0.3\n").unwrap();
+        let mut notes = Vec::new();
+        let glare = read_glare(folder.path(), 24, &mut notes);
+        assert!(notes.is_empty() && glare.len() == 1 && glare[0].view == "desk");
+        assert_eq!((glare[0].dgp[8], glare[0].class[8], glare[0].dgp[9]), (0.41, 2.0, 0.2));
+        assert!(glare[0].dgp[0].is_nan());
+    }
+
+    #[test]
+    fn a_folder_without_results_is_told_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = Results::open(folder.path()).err().unwrap().to_string();
+        assert!(error.contains("summary.json") && error.contains("lucarne run"), "{error}");
+    }
+}

@@ -1,0 +1,227 @@
+//! The program as a user meets it: clicks, keys, files, and pictures of every panel.
+
+use crate::app::App;
+use crate::args::{Args, PanelKind};
+use crate::offscreen::Offscreen;
+use eframe::egui::{Key, Modifiers, Pos2, Rect};
+use glam::DVec3;
+use lucarne::matrix::Matrix;
+use lucarne::matrix::file::{Format, write_matrix};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+fn scenes(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(path)
+}
+
+/// A window with files open and settled.
+fn open(files: &[&Path], panel: Option<PanelKind>) -> (Offscreen, App) {
+    let mut window = Offscreen::new([1280, 800], 1.0);
+    let args = Args { files: files.iter().map(|f| f.to_path_buf()).collect(), panel, screenshot: Some("none".into()), ..Args::default() };
+    let mut app = App::new(window.ctx(), &args, None);
+    window.settle(&mut app).unwrap();
+    (window, app)
+}
+
+fn place(window: &Offscreen, text: &str) -> Rect {
+    let texts = window.texts();
+    texts.iter().find(|(t, _)| t == text).unwrap_or_else(|| panic!("'{text}' is not shown: {texts:?}")).1
+}
+
+fn shows(window: &Offscreen, part: &str) -> bool {
+    window.texts().iter().any(|(t, _)| t.contains(part))
+}
+
+/// A small result folder: two rows of sensors whose illuminance is known, a view of 8 × 6 pixels,
+/// one window, one hour of sun.
+fn results() -> &'static Path {
+    static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
+    FOLDER.get_or_init(|| make_results().unwrap()).path()
+}
+
+/// Illuminance of sensor `s` at hour `h`: a day's half sine, largest on 21 January at noon.
+fn lux(s: usize, h: usize) -> f32 {
+    let day = ((h % 24) as f32 - 12.0) / 6.0;
+    let peak = if h == 20 * 24 + 12 { 2.0 } else { 1.0 };
+    if day.abs() >= 1.0 { 0.0 } else { (1000.0 + 100.0 * s as f32) * (1.0 - day * day) * peak }
+}
+
+fn make_results() -> lucarne::Result<tempfile::TempDir> {
+    let folder = tempfile::tempdir().unwrap();
+    for sub in ["illuminance", "matrices", "glare"] {
+        std::fs::create_dir(folder.path().join(sub)).unwrap();
+    }
+    let write = |name: &str, rows: usize, cols: usize, n: usize, header: &[String], f: &dyn Fn(usize, usize) -> f32| {
+        let data = (0..rows * cols).flat_map(|k| std::iter::repeat_n(f(k / cols, k % cols), n)).collect();
+        write_matrix(Some(&folder.path().join(name)), &Matrix::from_data(rows, cols, n, data)?, Format::Float, header)
+    };
+    write("illuminance/desks.mtx", 6, 8760, 1, &[], &lux)?;
+    let positions: Vec<DVec3> = (0..6).map(|s| DVec3::new((s % 3) as f64, (s / 3) as f64, 0.8)).collect();
+    let labels: Vec<String> = positions.iter().enumerate().map(|(i, p)| format!("{} ({} {} {})", i + 1, p.x, p.y, p.z)).collect();
+    let mut csv = format!("month,day,hour,{}\n", labels.join(","));
+    for stamp in crate::year::model::Stamp::common_year(8760) {
+        csv += &format!("{},{},{:.3},0\n", stamp.month, stamp.day, stamp.hour);
+    }
+    std::fs::write(folder.path().join("illuminance/desks.csv"), csv).unwrap();
+    let lit = |h: usize| lux(0, h) / 1000.0;
+    write("matrices/S.mtx", 146, 8760, 3, &[], &|p, h| lit(h) * if p == 0 { 0.1 } else { 1.0 })?;
+    write("matrices/D_south.mtx", 145, 146, 3, &[], &|b, p| if b + 1 == p { 1.0 } else { 0.0 })?;
+    write("matrices/T_south.mtx", 145, 145, 3, &[], &|o, i| if o == i { 0.5 } else { 0.0 })?;
+    let header = ["RESOLUTION=-Y 6 +X 8".to_string(), "VIEW= -vta -vp 0 0 1 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 135".to_string()];
+    write("matrices/V_desk.mtx", 48, 145, 3, &header, &|p, b| if b == p { 2.0 } else { 0.0 })?;
+    let glare: String = (0..8760).filter(|h| lit(*h) > 0.0).map(|h| format!("{h},{:.4},0.001,900,1,x\n", 0.2 + 0.1 * lit(h))).collect();
+    std::fs::write(folder.path().join("glare/desk.csv"), format!("hour,dgp,dgp_standard_error,ev_lux,sources,class\n{glare}")).unwrap();
+    let summary = r#"{"sensors":[{"name":"desks"}],"views":[{"name":"desk"}],"matrices":[{"name":"D_south"},{"name":"V_desk"}],"hours":8760,"preset":"draft","device":{"name":"test"}}"#;
+    std::fs::write(folder.path().join("summary.json"), summary).unwrap();
+    Ok(folder)
+}
+
+#[test]
+fn clicking_patch_1_shows_the_values_of_lucarne_bsdf() {
+    let path = scenes("office/bsdf/blind.xml");
+    let (mut window, mut app) = open(&[&path], None);
+    let bsdf = lucarne::bsdf::read(&path, &mut lucarne::Warnings::new()).unwrap();
+    let block = bsdf.visible.transmission_front.as_ref().unwrap();
+    // What `bsdf info` prints.
+    assert!(shows(&window, &format!("diffuse light {:.4}", block.hemispherical())));
+    let title = place(&window, "Incident").center();
+    let (top, bottom) = (place(&window, "90°").bottom(), place(&window, "270°").top());
+    let middle = Pos2::new(title.x, (top + bottom) / 2.0);
+    window.click(&mut app, middle);
+    assert_eq!(app.views.bsdf.incident, [0.0, 0.0]);
+    let total = block.direct_hemispherical(DVec3::Z);
+    assert!(shows(&window, &format!("light along θ 0°: {total:.4} transmitted")), "{:?}", window.texts());
+    assert!(shows(&window, "Incident   patch 1   θ") && shows(&window, &format!("share transmitted {total:.4}")));
+    // The outgoing disc's middle is patch 1, too.
+    let out = place(&window, "Outgoing").center();
+    window.point(&mut app, Pos2::new(out.x, middle.y));
+    let value = crate::plot::value_text(block.as_klems().unwrap().at(0, 0));
+    assert!(shows(&window, &format!("f {value} /sr")), "{value} {:?}", window.texts());
+    // Undo goes back to the direction shown first.
+    window.key(&mut app, Key::Z, Modifiers::COMMAND);
+    assert_eq!(app.views.bsdf.incident, [40.0, 270.0]);
+}
+
+#[test]
+fn two_bsdfs_are_compared() {
+    let (a, b) = (scenes("office/bsdf/blind.xml"), scenes("office/bsdf/double_clear.xml"));
+    let (mut window, mut app) = open(&[&a, &b], None);
+    assert!(shows(&window, "A: Outgoing") && shows(&window, "B: Outgoing") && shows(&window, "double_clear.xml"));
+    window.key(&mut app, Key::D, Modifiers::NONE);
+    window.frame(&mut app);
+    assert!(shows(&window, "Difference B − A"));
+}
+
+#[test]
+fn clicking_the_carpet_changes_the_hour_and_its_picture() {
+    let (mut window, mut app) = open(&[results()], None);
+    assert_eq!(app.views.panel, PanelKind::Year);
+    assert!(shows(&window, "Daylight glare probability of desk"));
+    // The first is the choice at the side.
+    let frame = window.texts().into_iter().rfind(|(t, _)| t == "Daylight glare probability of desk").unwrap().1;
+    let (low, high) = (place(&window, "0 h").center().y, place(&window, "24 h").center().y);
+    // 1 February (day 31) at 9:30.
+    let left = frame.left();
+    let day = (place(&window, "Dec").left() - 4.0 - left) / 334.0;
+    let at = Pos2::new(left + 31.5 * day, low + (high - low) * 9.5 / 24.0);
+    window.click(&mut app, at);
+    window.settle(&mut app).unwrap();
+    assert_eq!(app.views.year.hour, 31 * 24 + 9);
+    assert!(shows(&window, "1 February, 09:30") && shows(&window, "hour 753"), "{:?}", window.texts());
+    let dgp = 0.2 + 0.1 * f64::from(lux(0, 753)) / 1000.0;
+    assert!(shows(&window, &format!("DGP {dgp:.3}")), "{dgp} {:?}", window.texts());
+    // The picture: V = 2, T = 0.5, D = 1, so that a pixel is the sky of its bin; 48 of 48 are lit.
+    let mean = 179.0 * f64::from(lux(0, 753)) / 1000.0;
+    assert!(shows(&window, &format!("mean {} cd/m²", lucarne::image::palette::rounded_number(mean))), "{mean} {:?}", window.texts());
+    // The worst hour is one click away.
+    let button = place(&window, "Worst glare hour").center();
+    window.click(&mut app, button);
+    assert_eq!(app.views.year.hour, 20 * 24 + 12);
+    window.key(&mut app, Key::ArrowRight, Modifiers::NONE);
+    assert_eq!(app.views.year.hour, 20 * 24 + 13);
+}
+
+#[test]
+fn a_bsdf_over_a_year_is_another_state_of_the_facade() {
+    let clear = scenes("office/bsdf/double_clear.xml");
+    let (mut window, mut app) = open(&[results()], None);
+    app.open(&clear);
+    window.settle(&mut app).unwrap();
+    assert_eq!(app.first_error(), None);
+    assert_eq!((app.views.panel, app.views.year.fractions.as_slice()), (PanelKind::Year, &[1.0][..]));
+    assert!(shows(&window, "→ double_clear.xml"));
+}
+
+#[test]
+fn the_grid_panel_shows_metrics_and_values_under_the_pointer() {
+    let (mut window, mut app) = open(&[results()], Some(PanelKind::Grid));
+    let choice = place(&window, "Illuminance of the hour").center();
+    window.click(&mut app, choice);
+    window.settle(&mut app).unwrap();
+    let hour = app.views.year.hour;
+    let text = lucarne::image::palette::rounded_number(f64::from(lux(5, hour)));
+    let cell = place(&window, &text).center();
+    window.point(&mut app, cell);
+    assert!(shows(&window, &format!("desks 6   x 2.00  y 1.00  z 0.80 m   {text} lx")), "{:?}", window.texts());
+}
+
+#[test]
+fn wrong_files_are_messages_inside_the_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let bad = folder.path().join("bad.xml");
+    std::fs::write(&bad, "<WindowElement><not closed").unwrap();
+    let text = folder.path().join("notes.txt");
+    std::fs::write(&text, "hello").unwrap();
+    let broken = folder.path().join("broken.hdr");
+    std::fs::write(&broken, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 9 +X 9\nxx").unwrap();
+    for (path, part) in [
+        (bad, "bad.xml"),
+        (text, "cannot be shown"),
+        (broken, "broken.hdr"),
+        (folder.path().to_path_buf(), "summary.json"),
+        ("/nowhere.hdr".into(), "nowhere.hdr"),
+    ] {
+        let (mut window, mut app) = open(&[&path], None);
+        assert!(shows(&window, part), "{part}: {:?}", window.texts());
+        window.key(&mut app, Key::Escape, Modifiers::NONE);
+        window.frame(&mut app);
+        assert!(!shows(&window, part), "Esc closes messages");
+    }
+}
+
+#[test]
+fn empty_panels_say_what_to_do() {
+    for panel in PanelKind::ALL {
+        let (window, _) = open(&[], Some(panel));
+        assert!(shows(&window, "Ctrl+O"), "{panel:?}");
+    }
+}
+
+#[test]
+fn a_picture_is_read_under_the_pointer_and_judged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("spot.hdr");
+    let mut pixels = vec![[1.0f32; 3]; 100 * 100];
+    for y in 40..50 {
+        pixels[y * 100 + 60..y * 100 + 70].fill([100.0; 3]);
+    }
+    let mut picture = lucarne::image::Picture::new(100, 100, pixels).unwrap();
+    picture.view = Some("-vta -vp 0 0 0 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180".into());
+    lucarne::image::hdr::write(&path, &picture).unwrap();
+    let (mut window, mut app) = open(&[&path], None);
+    assert_eq!(app.views.panel, PanelKind::Picture);
+    // The spot is source 1, and its number stands in its middle.
+    let number = window.texts().iter().rfind(|(t, _)| t == "1").unwrap().1.center();
+    window.point(&mut app, number);
+    assert!(shows(&window, "source 1: 17"), "{:?}", window.texts());
+    // RGBE keeps 100 exactly.
+    assert!(shows(&window, "17900 cd/m²"), "{:?}", window.texts());
+    window.key(&mut app, Key::P, Modifiers::NONE);
+    window.point(&mut app, number - eframe::egui::vec2(200.0, 0.0));
+    window.button(&mut app, number - eframe::egui::vec2(200.0, 0.0), true);
+    window.point(&mut app, number);
+    window.point(&mut app, number + eframe::egui::vec2(100.0, 0.0));
+    window.button(&mut app, number + eframe::egui::vec2(100.0, 0.0), false);
+    window.frame(&mut app);
+    assert!(shows(&window, "Profile from A to B"), "{:?}", window.texts());
+}

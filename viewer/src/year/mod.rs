@@ -1,0 +1,10 @@
+//! The Year panel: a carpet of the year, the hour's picture, sky and façade.
+
+mod carpet;
+mod dome;
+pub mod model;
+mod panel;
+pub mod scrub;
+mod states;
+
+pub use panel::YearPanel;
