@@ -53,6 +53,7 @@ pub fn output(command: &mut Command) -> Vec<u8> {
 ///
 /// # Panics
 /// If pywincalc is installed and the script fails.
+#[allow(dead_code, reason = "not every test that includes this file needs it")]
 pub fn pywincalc(script: &str) -> Option<Vec<u8>> {
     let installed =
         Command::new("python3").args(["-c", "import pywincalc, numpy"]).stderr(Stdio::null()).status().is_ok_and(|s| s.success());

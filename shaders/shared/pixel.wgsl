@@ -35,3 +35,13 @@ struct BinShare {
 fn pixel_cell(params_bins_batch_pixels: vec3<u32>, bin: u32, batch: u32, pixel: u32) -> u32 {
     return (bin * params_bins_batch_pixels.y + batch) * params_bins_batch_pixels.z + pixel;
 }
+
+// A camera ray.
+struct PixelRay {
+    origin: vec3<f32>,
+    // How far it goes; 0 for pixels outside the view.
+    length: f32,
+    direction: vec3<f32>,
+    // Number of the pixel in the picture.
+    number: u32,
+}

@@ -1,4 +1,4 @@
-// What the two halves of the view matrix exchange.
+// What the halves of the view matrix and of the sun matrix exchange.
 
 struct Receiver {
     position: vec3<f32>,
@@ -20,4 +20,19 @@ struct VirtualLight {
     // Flux that leaves diffusely; 0 where there is no light.
     flux: vec3<f32>,
     padding2: u32,
+}
+
+// Where a path from a receiver meets a surface that scatters sunlight.
+struct SunVertex {
+    // Beside the surface, on the side of arrival.
+    position: vec3<f32>,
+    // Index + 1; 0 after the last vertex of a path.
+    material: u32,
+    facing: vec3<f32>,
+    // From `position` through the surface to the other side.
+    thickness: f32,
+    incoming: vec3<f32>,
+    padding0: u32,
+    throughput: vec3<f32>,
+    padding1: u32,
 }

@@ -6,7 +6,7 @@
 
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_GLASS};
 import package::shared::sky::{sky_bin};
 import package::shared::window::{windows, window_point, window_bin_direction};
 import package::shared::counters::{counters, count_finished};
@@ -63,12 +63,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var direction = -window_bin_direction(window, bin, sample_pair(index, 1u, seed));
     var weight = vec3<f32>(1.0);
     var bounces = 0u;
+    // Neither scattered nor mirrored so far: panes only.
+    var straight = true;
     var ended = false;
     var segment = 0u;
     for (; segment < MOST_SEGMENTS; segment++) {
         let hit = closest_hit(position, direction, FAR_AWAY);
         if hit.triangle == NO_TRIANGLE {
-            deposit(bin, bounces == 0u, sky_bin(direction, params.row_height, params.sky_rows), weight);
+            deposit(bin, straight, sky_bin(direction, params.row_height, params.sky_rows), weight);
             ended = true;
             break;
         }
@@ -77,7 +79,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let facing = select(-normal, normal, front);
         let choices = sample_pair(index, 2u + segment * 3u, seed);
         let slope = sample_pair(index, 3u + segment * 3u, seed);
-        let event = scatter(materials[triangle_material(hit.triangle)], direction, facing, front, choices.x, slope);
+        let material = materials[triangle_material(hit.triangle)];
+        let event = scatter(material, direction, facing, front, choices.x, slope);
+        straight = straight && material.kind == MATERIAL_GLASS && event.transmitted;
         weight *= event.weight;
         if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {
             ended = true;

@@ -2,22 +2,13 @@
 // mirrors and through panes) go into their bins at once; for the first `batches` rays of a pixel
 // the first diffuse surface becomes a receiver, whose irradiance the next steps find.
 
-import package::shared::pixel::{TileParams};
+import package::shared::pixel::{TileParams, PixelRay};
 import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER};
 import package::shared::window::{windows, window_bin};
 import package::shared::counters::{count_finished};
-
-struct PixelRay {
-    origin: vec3<f32>,
-    // How far it goes; 0 for pixels outside the view.
-    length: f32,
-    direction: vec3<f32>,
-    // Number of the pixel in the picture.
-    number: u32,
-}
 
 const MOST_SPECULAR: u32 = 32u;
 

@@ -1,6 +1,7 @@
 //! `lucarne matrix`: one phase as a Radiance matrix.
 
 use super::matrix_picture::{Job, PictureArgs};
+use super::matrix_sun::{self, SunArgs};
 use super::progress::Terminal;
 use clap::Subcommand;
 use lucarne::bins::ReinhartSky;
@@ -29,6 +30,8 @@ enum Phase {
     View(ViewArgs),
     /// Daylight matrix D: from the sky's patches to a window's bins [bin][patch], ground first.
     Daylight(DaylightArgs),
+    /// Sun matrix Cds: from suns through openings, panes and slats to sensors [sensor][sun].
+    Sun(Box<SunArgs>),
 }
 
 /// What every phase needs.
@@ -135,6 +138,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     match args.phase {
         Phase::View(args) => view(&args, warnings)?,
         Phase::Daylight(args) => daylight(&args, warnings)?,
+        Phase::Sun(args) => matrix_sun::run(&args, warnings)?,
     }
     Ok(ExitCode::SUCCESS)
 }

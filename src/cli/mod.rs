@@ -7,7 +7,9 @@ mod falsecolor;
 mod glare;
 mod matrix;
 mod matrix_picture;
+mod matrix_sun;
 mod multiply;
+mod plan;
 mod progress;
 mod run;
 mod sky;
@@ -42,6 +44,8 @@ enum Verb {
     Glare(glare::Args),
     /// GPU devices of this machine, the preferred one first.
     Devices(devices::Args),
+    /// What a run of a project will do, and what it leaves out.
+    Plan(plan::Args),
     /// A whole project: a year of illuminance from a project.toml.
     Run(run::Args),
     /// Look at results, BSDFs and pictures in a window.
@@ -58,6 +62,7 @@ pub fn main() -> ExitCode {
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
+        Verb::Plan(args) => plan::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),

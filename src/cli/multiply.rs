@@ -174,7 +174,7 @@ fn pictures(args: &Args, output: &str, hours: Option<Vec<usize>>, warnings: &mut
     let (hours, coefficients) = coefficients(&*multiplier, &view, factors, hours)?;
     let progress = Terminal::new();
     let header = [super::sky::command_line()];
-    let request = Request { coefficients: &coefficients, hours: &hours, output: &output, header: &header, memory };
+    let request = Request { coefficients: &coefficients, hours: &hours, output: &output, header: &header, memory, addition: None };
     write_pictures(&*multiplier, &mut view, &request, &progress, warnings)?;
     progress.finish();
     println!("{} pictures of {} × {} pixels by the {}", hours.len(), view.width, view.height, multiplier.description());

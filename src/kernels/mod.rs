@@ -7,6 +7,7 @@ pub mod glare;
 pub mod image_matrix;
 pub mod light_paths;
 pub mod product;
+pub mod sun_matrix;
 pub mod trace;
 pub mod view_matrix;
 
@@ -15,12 +16,14 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     let mut all = crate::gpu::registered();
     all.extend(image_matrix::registered());
     all.extend(light_paths::registered());
+    all.extend(sun_matrix::registered());
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
     all.extend(bsdf_generation::registered());
     all.extend(glare::registered());
     all.extend(bsdf_scattering::registered());
     all.extend(product::registered());
+    all.extend(sun_matrix::registered());
     all.extend(trace::probes::registered());
     all
 }

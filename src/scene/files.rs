@@ -12,10 +12,18 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// As those functions.
 pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<Scene> {
+    read_scene_with(files, base, &gltf::Options::default(), warnings)
+}
+
+/// As [`read_scene`], with what glTF files do not say about themselves.
+///
+/// # Errors
+/// As [`read_scene`].
+pub fn read_scene_with(files: &[PathBuf], base: &Path, options: &gltf::Options, warnings: &mut Warnings) -> Result<Scene> {
     let (others, radiance): (Vec<PathBuf>, Vec<PathBuf>) = files.iter().cloned().partition(|f| gltf::is_gltf(f));
     let mut scene = rad::read_scene(&radiance, base, warnings)?;
     for file in others {
-        let added = gltf::read(&base.join(file), &gltf::Options::default(), warnings)?.scene;
+        let added = gltf::read(&base.join(file), options, warnings)?.scene;
         let (materials, surfaces) = (scene.materials.len() as u32, scene.surfaces.len() as u32);
         scene.materials.extend(added.materials);
         scene.surfaces.extend(added.surfaces);

@@ -11,7 +11,7 @@ pub mod rad;
 pub mod shapes;
 mod windows;
 
-pub use files::{read_scene, read_sensors, read_windows};
+pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
 
 use crate::bins::{AngleBasis, Frame};
 use glam::DVec3;

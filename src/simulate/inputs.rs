@@ -1,6 +1,7 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 use super::project::{Project, SensorsSection, WindowSection};
+use super::shade::Shade;
 use crate::bsdf;
 use crate::error::{Error, Result, Warnings};
 use crate::matrix::Matrix;
@@ -33,6 +34,8 @@ pub struct ProjectWindow {
     /// T `[outgoing bin][incident bin]`, RGB; includes the projected solid angle of the incident
     /// bin (as dctimestep applies it).
     pub transmission: Matrix<f64>,
+    /// What the sun is traced through, if by anything but the transmission.
+    pub shade: Option<Shade>,
     /// T of all states of the façade, with their names; empty if the window has one state.
     pub states: Vec<(String, Matrix<f64>)>,
 }
@@ -63,7 +66,7 @@ impl Inputs {
         let sensors = project.sensors.iter().map(|s| read_group(s, warnings)).collect::<Result<Vec<_>>>()?;
         let mut windows = Vec::new();
         for section in &project.windows {
-            windows.extend(read_windows(section, base, warnings)?);
+            windows.extend(read_windows(project, section, warnings)?);
         }
         for window in &windows {
             check_side(window, &sensors)?;
@@ -82,7 +85,8 @@ fn read_group(section: &SensorsSection, warnings: &mut Warnings) -> Result<Senso
     Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors })
 }
 
-fn read_windows(section: &WindowSection, base: &Path, warnings: &mut Warnings) -> Result<Vec<ProjectWindow>> {
+fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warnings) -> Result<Vec<ProjectWindow>> {
+    let base = project.folder();
     let mut surfaces = scene::read_windows(section.surface.strip_prefix(base).unwrap_or(&section.surface), base, warnings)?;
     // Of several windows in one file, the one that has the section's name is meant.
     if surfaces.iter().any(|w| w.name == section.name) {
@@ -92,6 +96,11 @@ fn read_windows(section: &WindowSection, base: &Path, warnings: &mut Warnings) -
     let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
     let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
     let single = surfaces.len() == 1;
+    if let (Some(_), [first, second, ..]) = (&section.shade, &surfaces[..]) {
+        return Err(Error::new(format!("a shade belongs to one window, but this file holds several: '{}', '{}'", first.name, second.name))
+            .file(&section.surface)
+            .help("give each its own [[window]] with its own shade"));
+    }
     let mut windows = Vec::new();
     for window in surfaces {
         let bins = window.basis.len();
@@ -119,7 +128,8 @@ fn read_windows(section: &WindowSection, base: &Path, warnings: &mut Warnings) -
             }
         }
         let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
-        windows.push(ProjectWindow { name, window, transmission: transmission.clone(), states: states.clone() });
+        let shade = Shade::read(project, section, &window, warnings)?;
+        windows.push(ProjectWindow { name, window, transmission: transmission.clone(), states: states.clone(), shade });
     }
     Ok(windows)
 }

@@ -1,20 +1,26 @@
 //! From a project to its results: what the command line and the viewer both call.
 
 mod fingerprint;
+mod five_phase;
 mod glare;
 mod glare_noise;
 mod glare_output;
 pub mod glare_section;
 pub mod inputs;
+pub mod method;
 pub mod multiply;
 pub mod pictures;
+pub mod plan;
 mod presets;
 pub mod project;
 mod results;
 mod rounds;
 mod run;
+pub mod shade;
 mod store;
 mod summary;
+pub mod sun_pictures;
+pub mod suns;
 mod table;
 mod view_grid;
 pub mod views;

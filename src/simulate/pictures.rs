@@ -57,6 +57,8 @@ enum Source {
     Matrix(Matrix<f32>),
     Rows(MatrixRows),
     Pictures(PictureSet),
+    /// V and its straight part Vd: rows V − Vd, then Vd.
+    Split(Box<[MatrixRows; 2]>),
 }
 
 impl PictureView {
@@ -108,6 +110,20 @@ impl PictureView {
         Ok(Self { name: name.into(), source, next_row: 0, width, height, bins, view })
     }
 
+    /// Opens a view matrix and its straight part, both files of this program with the same shape: a
+    /// matrix of twice the columns, V − Vd and Vd.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), and files of different shapes.
+    pub fn open_split(total: &Path, direct: &Path) -> Result<Self> {
+        let Self { name, source, width, height, bins, view, .. } = Self::open(&total.display().to_string(), None)?;
+        let rows = MatrixRows::open(direct)?.filter(|r| (r.rows(), r.cols(), r.components()) == (width * height, bins, RGB));
+        let (Source::Rows(total), Some(direct)) = (source, rows) else {
+            return Err(Error::new("the straight part of a view matrix has not the shape of the whole").file(direct));
+        };
+        Ok(Self { name, source: Source::Split(Box::new([total, direct])), next_row: 0, width, height, bins: 2 * bins, view })
+    }
+
     /// Number of pixels.
     pub fn pixels(&self) -> usize {
         self.width * self.height
@@ -126,6 +142,10 @@ impl PictureView {
                 Reader::Rows(rows)
             }
             Source::Pictures(set) => Reader::Pictures(set.rows()),
+            Source::Split(both) => {
+                both.iter_mut().try_for_each(MatrixRows::rewind)?;
+                Reader::Split(both)
+            }
         })
     }
 }
@@ -155,7 +175,9 @@ impl PixelSource for PictureView {
             Source::Rows(rows) => {
                 rows.read(lines * width, values)?;
             }
-            Source::Pictures(_) => return Err(Error::new("glare is not computed from component pictures").file(&self.name)),
+            Source::Pictures(_) | Source::Split(..) => {
+                return Err(Error::new("glare is not computed from component pictures").file(&self.name));
+            }
         }
         Ok(())
     }
@@ -178,6 +200,7 @@ enum Reader<'a> {
     Matrix(&'a Matrix<f32>, usize),
     Rows(&'a mut MatrixRows),
     Pictures(SetRows<'a>),
+    Split(&'a mut [MatrixRows; 2]),
 }
 
 impl Reader<'_> {
@@ -196,6 +219,16 @@ impl Reader<'_> {
             }
             Reader::Pictures(rows) => {
                 rows.read(lines, &mut values)?;
+            }
+            Reader::Split([total, direct]) => {
+                let (mut all, mut straight) = (Vec::new(), Vec::new());
+                total.read(lines * width, &mut all)?;
+                direct.read(lines * width, &mut straight)?;
+                let row = total.cols() * RGB;
+                for (all, straight) in all.chunks_exact(row).zip(straight.chunks_exact(row)) {
+                    values.extend(all.iter().zip(straight).map(|(a, s)| (a - s).max(0.0)));
+                    values.extend_from_slice(straight);
+                }
             }
         }
         Ok(values)
@@ -249,7 +282,12 @@ pub struct Request<'a> {
     pub header: &'a [String],
     /// Memory for matrices and pictures, bytes.
     pub memory: u64,
+    /// What comes on top of the product.
+    pub addition: Option<&'a Addition<'a>>,
 }
+
+/// A sparse picture for an hour, by its number: pixels in rising order, and RGB radiance.
+pub type Addition<'a> = dyn Fn(usize) -> Result<Vec<(u32, [f32; 3])>> + Sync + 'a;
 
 /// Makes one picture per column of the coefficients and writes it.
 ///
@@ -464,7 +502,15 @@ fn passes(
                     }
                 }
             });
-            collect(&take_piece, &mut open, width, &|done| progress.update("pictures", ((pass * bands + done) as f64) / total), progress)
+            let adder = Adder { addition: request.addition, numbers };
+            collect(
+                &take_piece,
+                &mut open,
+                width,
+                &adder,
+                &|done| progress.update("pictures", ((pass * bands + done) as f64) / total),
+                progress,
+            )
         })?;
         sinks.end(numbers, open)?;
     }
@@ -504,9 +550,11 @@ fn collect(
     take: &Receiver<Result<Piece>>,
     open: &mut [Sink],
     width: usize,
+    adder: &Adder<'_>,
     advanced: &dyn Fn(usize),
     progress: &dyn Progress,
 ) -> Result<()> {
+    let mut first = 0;
     for (band, piece) in take.iter().enumerate() {
         let Piece { pixels, lit, values } = piece?;
         if progress.stop_requested() {
@@ -515,20 +563,48 @@ fn collect(
         let per_hour = values.len() / open.len();
         open.par_iter_mut().enumerate().try_for_each(|(hour, sink)| -> Result<()> {
             let colors: &[[f32; 3]] = bytemuck::cast_slice(&values[hour * per_hour..][..per_hour]);
-            match &lit {
-                None => put(sink, colors, width),
+            if lit.is_none() && adder.addition.is_none() {
+                return put(sink, colors, width);
+            }
+            let mut all = match &lit {
+                None => colors.to_vec(),
                 Some(lit) => {
                     let mut all = vec![[0f32; 3]; pixels];
                     for (&pixel, color) in lit.iter().zip(colors) {
                         all[pixel as usize] = *color;
                     }
-                    put(sink, &all, width)
+                    all
                 }
-            }
+            };
+            adder.add(hour, first, &mut all)?;
+            put(sink, &all, width)
         })?;
+        first += pixels;
         advanced(band + 1);
     }
     Ok(())
+}
+
+/// Adds sparse pictures to the hours of a pass.
+struct Adder<'a> {
+    addition: Option<&'a Addition<'a>>,
+    numbers: &'a [usize],
+}
+
+impl Adder<'_> {
+    /// Adds what belongs to the pixels from `first` on to the picture of the `hour`-th hour of the pass.
+    fn add(&self, hour: usize, first: usize, pixels: &mut [[f32; 3]]) -> Result<()> {
+        let Some(addition) = self.addition else { return Ok(()) };
+        let sparse = addition(self.numbers[hour])?;
+        let begin = sparse.partition_point(|(pixel, _)| (*pixel as usize) < first);
+        for (pixel, value) in &sparse[begin..] {
+            let Some(to) = pixels.get_mut(*pixel as usize - first) else { break };
+            for (to, value) in to.iter_mut().zip(value) {
+                *to += value;
+            }
+        }
+        Ok(())
+    }
 }
 
 fn put(sink: &mut Sink, colors: &[[f32; 3]], width: usize) -> Result<()> {

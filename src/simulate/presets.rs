@@ -3,6 +3,7 @@
 use super::project::{Preset, Project};
 use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::image_matrix::ImageOptions;
+use crate::kernels::sun_matrix::geometry::SunOptions;
 use crate::kernels::view_matrix::ViewOptions;
 
 /// How often a matrix is traced anew, with other random numbers, and averaged. Errors fall with
@@ -62,5 +63,28 @@ pub fn image_options(project: &Project) -> ImageOptions {
         Preset::Standard => (standard.light_paths, standard.batches),
         Preset::Final => (standard.light_paths * 4, standard.batches * 2),
     };
-    ImageOptions { bounces: project.method.bounces, light_paths, batches, seed: seed(project, 0, 0), ..standard }
+    let straight = project.method.choice(&project.windows).phases == 5;
+    ImageOptions { bounces: project.method.bounces, light_paths, batches, seed: seed(project, 0, 0), straight, ..standard }
+}
+
+/// Sampling of suns in pictures: every pixel has a surface point per batch.
+pub fn sun_picture_options(project: &Project) -> SunOptions {
+    let (batches, paths) = match project.quality.preset {
+        Preset::Draft => (2, 2),
+        Preset::Standard => (4, 4),
+        Preset::Final => (8, 8),
+    };
+    SunOptions { batches, disc_samples: 4, paths, seed: seed(project, 0, 0), ..SunOptions::default() }
+}
+
+/// Sampling of the sun matrix of sensors. A single computation, whatever the preset: it costs little
+/// beside V and D.
+pub fn sun_options(project: &Project) -> SunOptions {
+    let standard = SunOptions::default();
+    let (disc_samples, paths) = match project.quality.preset {
+        Preset::Draft => (standard.disc_samples / 2, standard.paths / 2),
+        Preset::Standard => (standard.disc_samples, standard.paths * 2),
+        Preset::Final => (standard.disc_samples * 4, standard.paths * 8),
+    };
+    SunOptions { disc_samples, paths, seed: seed(project, 0, 0), ..standard }
 }

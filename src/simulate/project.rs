@@ -9,6 +9,7 @@
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
 //! bsdf = "bsdf/clear.xml"
+//! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
 //! [[sensors]]                         # any number
 //! name = "workplane"
 //! points = "points.txt"
@@ -24,7 +25,8 @@
 //! [images]
 //! hours = "daylight"                  # "daylight" | "none" | [1164, 1929]
 //! [method]
-//! phases = 3
+//! phases = "auto"                     # "auto" | 2 | 3 | 5
+//! suns = 6                            # of five phases: Reinhart MF, or "hourly"
 //! sky_subdivision = 1                 # Reinhart MF
 //! bounces = 4                         # left out: not truncated (Russian roulette)
 //! [quality]
@@ -36,10 +38,10 @@
 //! that a section added later touches nothing else.
 
 use super::glare_section::GlareSection;
+use super::method::MethodSection;
 use super::table::{Document, Table};
 use super::view_grid::read_grid;
 use super::views::{ImageHours, ImagesSection, ViewSection};
-use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -92,6 +94,8 @@ pub struct WindowSection {
     pub surface: PathBuf,
     /// Transmission of the window, Klems XML; the first of its states, if it has several.
     pub bsdf: PathBuf,
+    /// Slats and panes that the sun is traced through, Radiance file.
+    pub shade: Option<PathBuf>,
     /// Further states of the façade: glare is computed for each, with the same view and daylight
     /// matrices. All states, the first included; empty for one state.
     pub states: Vec<PathBuf>,
@@ -104,17 +108,6 @@ pub struct SensorsSection {
     pub name: String,
     /// File of `x y z dx dy dz` lines.
     pub points: PathBuf,
-}
-
-/// `[method]`: what is computed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MethodSection {
-    /// Number of phases; 3 is the three-phase method `I = V·T·D·S`.
-    pub phases: u32,
-    /// Division of the sky, Reinhart MF:n.
-    pub sky: ReinhartSky,
-    /// Radiance's `-ab`; `None`: paths end by Russian roulette only, without bias.
-    pub bounces: Option<u32>,
 }
 
 /// How much work is spent on accuracy.
@@ -180,7 +173,7 @@ impl Project {
         }
         let glare = GlareSection::read(top.table("glare")?)?;
         let images = ImagesSection::read(top.table("images")?)?;
-        let method = MethodSection::read(top.table("method")?)?;
+        let method = MethodSection::read(top.table("method")?, &windows)?;
         let quality = QualitySection::read(top.table("quality")?)?;
         if windows.is_empty() {
             return Err(top.missing_section("window", "add [[window]] with name, surface and bsdf"));
@@ -263,8 +256,9 @@ impl WindowSection {
             },
             None => table.required_path("bsdf", "add bsdf = \"….xml\": the window's Klems BSDF")?,
         };
+        let shade = table.path("shade")?;
         table.finish()?;
-        Ok(Self { name, surface, bsdf, states })
+        Ok(Self { name, surface, bsdf, shade, states })
     }
 }
 
@@ -292,24 +286,6 @@ impl SensorsSection {
     }
 }
 
-impl MethodSection {
-    fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
-        let mut method = Self { phases: 3, sky: ReinhartSky::new(1)?, bounces: None };
-        let Some(mut table) = table else { return Ok(method) };
-        if let Some(phases) = table.integer("phases", 1..=100)?
-            && phases != 3
-        {
-            return Err(table.error("phases", format!("a method of {phases} phases is not known")).help("choose 3"));
-        }
-        if let Some(n) = table.integer("sky_subdivision", 1..=6)? {
-            method.sky = ReinhartSky::new(n as usize)?;
-        }
-        method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
-        table.finish()?;
-        Ok(method)
-    }
-}
-
 impl QualitySection {
     fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
         let mut quality = Self { preset: Preset::Standard, seed: 1 };
@@ -324,6 +300,7 @@ impl QualitySection {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulate::method::Phases;
 
     const GOOD: &str = r#"
 [weather]
@@ -348,7 +325,7 @@ seed = 0x2a
 
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        for f in ["a.wea", "m.rad", "r.rad", "w.rad", "b.xml", "p.txt"] {
+        for f in ["a.wea", "m.rad", "r.rad", "w.rad", "b.xml", "p.txt", "s.rad"] {
             std::fs::write(folder.path().join(f), "").unwrap();
         }
         folder
@@ -372,14 +349,15 @@ seed = 0x2a
         assert!(p.weather.file.ends_with("a.wea") && p.weather.file.is_absolute());
         assert_eq!(p.scene.files.len(), 2);
         assert_eq!((p.windows[0].name.as_str(), p.sensors[0].name.as_str()), ("south", "workplane"));
-        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (3, 4, Some(4)));
+        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (Phases::Three, 4, Some(4)));
         assert_eq!((p.quality.preset, p.quality.seed), (Preset::Final, 42));
     }
 
     #[test]
     fn what_is_left_out_has_defaults() {
         let p = read(&GOOD[..GOOD.find("[method]").unwrap()]).unwrap();
-        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (3, 1, None));
+        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (Phases::Auto, 1, None));
+        assert_eq!(p.method.choice(&p.windows).phases, 3);
         assert_eq!((p.quality.preset, p.quality.seed), (Preset::Standard, 1));
     }
 
@@ -400,7 +378,7 @@ seed = 0x2a
             ("sky_subdivision = 4", "sky_subdivision = 7", 15, &["method.sky_subdivision", "1 to 6"]),
             ("sky_subdivision = 4", "sky_subdivision = 1.5", 15, &["a number, not a whole number"]),
             ("bounces = 4", "bounces = -1", 16, &["method.bounces", "out of range"]),
-            ("phases = 3", "phases = 4", 14, &["4 phases", "choose 3"]),
+            ("phases = 3", "phases = 4", 14, &["4 phases", "choose 2, 3, 5"]),
             ("\"final\"", "\"best\"", 18, &["'best'", "\"draft\", \"standard\", \"final\""]),
             ("seed = 0x2a", "seed = 99999999999999999999", 19, &["quality.seed", "out of range"]),
             ("[\"m.rad\", \"r.rad\"]", "[]", 5, &["scene.files", "empty"]),
@@ -411,6 +389,13 @@ seed = 0x2a
             ("name = \"south\"", "name = \"../x\"", 7, &["window 1.name", "file name"]),
             ("points = \"p.txt\"", "points = \".\"", 12, &["sensors 1.points", "a folder"]),
             ("phases = 3", "phases = = 3", 14, &["toml.io"]),
+            ("phases = 3", "phases = 5", 14, &["five phases need a window", "shade"]),
+            ("phases = 3", "phases = \"some\"", 14, &["'some'", "\"auto\""]),
+            ("phases = 3", "phases = 3\nsuns = 4", 15, &["suns are traced by five phases only"]),
+            ("phases = 3", "suns = \"daily\"", 14, &["'daily'", "\"hourly\""]),
+            ("phases = 3", "suns = 7", 14, &["1 to 6"]),
+            ("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"s.rad\"", 15, &["'south' has a shade", "phases = 5"]),
+            ("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"t.rad\"", 10, &["window 1.shade", "no file"]),
         ];
         for (from, to, line, words) in cases {
             assert!(GOOD.contains(from));
@@ -420,6 +405,23 @@ seed = 0x2a
                 assert!(message.contains(word), "{to}: no '{word}' in: {message}");
             }
         }
+    }
+
+    #[test]
+    fn a_shade_makes_five_phases() {
+        use crate::simulate::suns::SunScheme;
+        let shaded = GOOD.replace("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"s.rad\"");
+        for (phases, suns) in [
+            ("phases = \"auto\"\nsuns = \"hourly\"", SunScheme::HOURLY),
+            ("phases = 5\nsuns = 4", SunScheme::Patches(crate::bins::ReinhartSky::new(4).unwrap())),
+        ] {
+            let p = read(&shaded.replace("phases = 3", phases)).unwrap();
+            assert_eq!(p.method.choice(&p.windows).phases, 5);
+            assert_eq!(p.method.suns, suns);
+            assert!(p.windows[0].shade.as_ref().is_some_and(|s| s.ends_with("s.rad")));
+        }
+        let p = read(&GOOD.replace("phases = 3", "phases = 2")).unwrap();
+        assert_eq!((p.method.phases, p.method.choice(&p.windows).phases), (Phases::Two, 2));
     }
 
     #[test]

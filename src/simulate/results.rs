@@ -91,6 +91,10 @@ pub struct EstimatedError {
     pub hours: usize,
 }
 
+/// What else adds to the illuminance of a sensor (index) in an hour, or over the whole year: value and
+/// variance of its error, lx and lx².
+pub type Addition<'m> = dyn Fn(usize, Option<usize>) -> (f64, f64) + Sync + 'm;
+
 /// Matrices and their standard errors, as far as illuminance depends on them.
 pub struct Sampled<'m> {
     /// V of all sensors.
@@ -103,6 +107,8 @@ pub struct Sampled<'m> {
     pub transmitted: &'m Matrix<f64>,
     /// S.
     pub sky: &'m Matrix<f32>,
+    /// Further terms than `V·T·D·S`.
+    pub addition: Option<&'m Addition<'m>>,
 }
 
 /// Most multiplications that the error estimate may take.
@@ -133,7 +139,12 @@ pub fn estimate_error(inputs: &Inputs, sampled: &Sampled<'_>, progress: &dyn Fn(
     for (i, column) in columns.iter().enumerate() {
         progress(i as f64 / columns.len() as f64)?;
         let window_light = light_at_windows(sampled.transmitted, column);
-        let errors: Vec<f64> = sensors.par_iter().filter_map(|&s| relative_error(inputs, sampled, s, column, &window_light)).collect();
+        let hour = i.checked_sub(1).map(|h| hours[h]);
+        let error = |&s: &usize| {
+            let added = sampled.addition.map_or((0.0, 0.0), |a| a(s, hour));
+            relative_error(inputs, sampled, s, column, &window_light, added)
+        };
+        let errors: Vec<f64> = sensors.par_iter().filter_map(error).collect();
         if i == 0 { annual = errors } else { hourly.extend(errors) }
     }
     annual.sort_by(f64::total_cmp);
@@ -181,9 +192,16 @@ fn light_at_windows(transmitted: &Matrix<f64>, column: &[[f64; 3]]) -> Vec<[f64;
 }
 
 /// Standard error over value for one sensor and one column of S; nothing where it is dark.
-fn relative_error(inputs: &Inputs, sampled: &Sampled<'_>, sensor: usize, column: &[[f64; 3]], window_light: &[[f64; 3]]) -> Option<f64> {
+fn relative_error(
+    inputs: &Inputs,
+    sampled: &Sampled<'_>,
+    sensor: usize,
+    column: &[[f64; 3]],
+    window_light: &[[f64; 3]],
+    added: (f64, f64),
+) -> Option<f64> {
     let weights = ILLUMINANCE_WEIGHTS;
-    let (mut value, mut variance) = (0.0, 0.0);
+    let (mut value, mut variance) = added;
     for (b, light) in window_light.iter().enumerate() {
         let (v, e) = (sampled.view.at(sensor, b), sampled.view_error.at(sensor, b));
         value += (0..3).map(|c| weights[c] * f64::from(v[c]) * light[c]).sum::<f64>();

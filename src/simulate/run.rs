@@ -1,16 +1,20 @@
 //! One run of a project: weather to S, windows and scene to V and D, their product to illuminance.
 
 use super::fingerprint::Fingerprint;
+use super::five_phase::{FivePhase, Phase};
 use super::glare::{GlareJob, GlareSummary};
 use super::glare_section::GlareMethod;
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
+use super::method::Choice;
 use super::presets::{daylight_options, image_options, rounds, view_options};
 use super::project::Project;
 use super::results::{self, Sampled};
 use super::rounds::average;
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
-use super::views::{ImageHours, ViewJob};
+use super::sun_pictures::{SunPictureJob, SunPictures};
+use super::suns::{SunCensus, SunSet};
+use super::views::{ImageHours, ViewJob, ViewSection};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::trace::TraceStatistics;
@@ -31,6 +35,9 @@ use std::time::Instant;
 /// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins |
 /// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
+/// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
+/// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D |
+/// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux |
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
 /// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for |
@@ -57,6 +64,7 @@ pub fn run(
     let mut run = Run {
         device,
         project,
+        choice: project.method.choice(&project.windows),
         inputs,
         store: &store,
         progress,
@@ -72,6 +80,7 @@ pub fn run(
 struct Run<'a> {
     device: &'a Device,
     project: &'a Project,
+    choice: Choice,
     inputs: &'a Inputs,
     store: &'a Store,
     progress: &'a dyn Progress,
@@ -82,14 +91,14 @@ struct Run<'a> {
     product: String,
 }
 
-/// A sampled matrix with its standard error.
+/// A sampled matrix, its straight part and its standard error.
 struct WithError {
     total: Matrix<f32>,
     direct: Matrix<f32>,
     standard_error: Matrix<f32>,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
     fn finish(&mut self, start: Instant, warnings: &mut Warnings) -> Result<Summary> {
         let clock = Instant::now();
         let sky = self.sky()?;
@@ -111,22 +120,34 @@ impl Run<'_> {
         self.seconds.daylight = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
+        let five = self.five_phase(&daylight_direct, warnings)?;
+        self.seconds.suns = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
         self.check_stop()?;
         self.progress.update("product", 0.0);
         let transmitted = results::transmitted_daylight(self.inputs, &daylight);
         let coefficients = results::multiply(&view.total, &transmitted);
         let multiplier = product::for_device(self.device)?;
-        let lux = results::illuminance(multiplier.as_ref(), coefficients, &sky)?;
+        if self.choice.phases == 2 {
+            self.write_coefficients(&coefficients)?;
+        }
+        let lux = match &five {
+            None => results::illuminance(multiplier.as_ref(), coefficients, &sky)?,
+            Some(five) => five.illuminance(multiplier.as_ref(), coefficients, &view.direct, &sky)?,
+        };
         self.product = multiplier.description();
         self.seconds.product = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
+        let addition = five.as_ref().map(FivePhase::addition);
         let sampled = Sampled {
             view: &view.total,
             view_error: &view.standard_error,
             daylight_error: &daylight_error,
             transmitted: &transmitted,
             sky: &sky,
+            addition: addition.as_deref(),
         };
         let stage = |fraction: f64| {
             self.progress.update("error estimate", fraction);
@@ -137,14 +158,15 @@ impl Run<'_> {
 
         let clock = Instant::now();
         let sensors = self.write(&lux)?;
-        let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, warnings)?;
+        let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, five.as_ref(), warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
         let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, warnings)?;
         self.seconds.glare = clock.elapsed().as_secs_f64();
         self.seconds.total = start.elapsed().as_secs_f64();
-        let summary = self.summary(sensors, views, glare, estimated_error, warnings);
+        let census = five.as_ref().map(|f| f.census().clone());
+        let summary = self.summary(sensors, views, glare, estimated_error, census, warnings);
         summary.write(&self.store.summary_path())?;
         Ok(summary)
     }
@@ -182,6 +204,43 @@ impl Run<'_> {
         };
         self.note("S", &sky, reused, clock);
         Ok(sky)
+    }
+
+    /// The terms that five phases have beyond three, if there are any.
+    fn five_phase(&mut self, daylight_direct: &[Matrix<f32>], warnings: &mut Warnings) -> Result<Option<FivePhase<'a>>> {
+        if self.choice.phases != 5 {
+            return Ok(None);
+        }
+        if self.project.glare.is_some() {
+            warnings.push(
+                Error::new("glare of this project is three-phase: the sun shines from patches of the sky, not through the shade")
+                    .help("its pictures and sensors have the traced suns; `lucarne glare` judges single pictures"),
+            );
+        }
+        let clock = Instant::now();
+        self.check_stop()?;
+        let inputs = self.scene_fingerprint("C");
+        let phase = Phase { device: self.device, project: self.project, inputs: self.inputs, store: self.store, progress: self.progress };
+        let (five, traced) = phase.compute(inputs, daylight_direct, warnings)?;
+        for (group, rows) in self.inputs.sensors.iter().map(|g| (g, g.sensors.len())) {
+            let seconds = clock.elapsed().as_secs_f64();
+            let name = format!("C_{}", group.name);
+            self.matrices.push(MatrixSummary { name, rows, columns: five.census().needed, reused: traced.is_none(), seconds });
+        }
+        if let Some(statistics) = traced {
+            self.count(statistics, clock);
+        }
+        Ok(Some(five))
+    }
+
+    /// Daylight coefficients of all groups, the one matrix of the two-phase method.
+    fn write_coefficients(&self, coefficients: &Matrix<f64>) -> Result<()> {
+        let coefficients = coefficients.map(|v| v as f32);
+        for (group, part) in self.inputs.sensors.iter().zip(split(&coefficients, &self.inputs.sensors)) {
+            let inputs = *Fingerprint::new("DC").add(&part.data());
+            self.store.save(&format!("DC_{}", group.name), &part, inputs, "daylight coefficients V·T·D, rows sensors, columns patches")?;
+        }
+        Ok(())
     }
 
     /// What rays can meet.
@@ -345,6 +404,7 @@ impl Run<'_> {
         multiplier: &dyn product::Multiplier,
         transmitted: &Matrix<f64>,
         sky: &Matrix<f32>,
+        five: Option<&FivePhase<'_>>,
         warnings: &mut Warnings,
     ) -> Result<Vec<ViewSummary>> {
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
@@ -374,10 +434,33 @@ impl Run<'_> {
             let seconds = clock.elapsed().as_secs_f64();
             self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds });
             self.count(statistics, clock);
-            let pictures = job.pictures(multiplier, transmitted, sky, &self.project.images.hours, warnings)?;
+            let hours = self.project.images.hours.chosen(sky)?;
+            let suns = five.filter(|_| !hours.is_empty()).map(|five| self.sun_pictures(five.suns(), view, &hours)).transpose()?;
+            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five.zip(suns.as_ref()), warnings)?;
             summaries.push(ViewSummary { name: view.name.clone(), pixels: rows, pictures });
         }
         Ok(summaries)
+    }
+
+    /// What the suns of these hours put into the pictures of a view.
+    fn sun_pictures(&mut self, suns: &SunSet, view: &ViewSection, hours: &[usize]) -> Result<SunPictures> {
+        let clock = Instant::now();
+        let job = SunPictureJob {
+            device: self.device,
+            project: self.project,
+            inputs: self.inputs,
+            suns,
+            store: self.store,
+            progress: self.progress,
+        };
+        let mut inputs = self.scene_fingerprint("C of pictures");
+        for window in &self.inputs.windows {
+            inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
+        }
+        let mut statistics = TraceStatistics::default();
+        let pictures = job.compute(&view.name, &view.raster()?, hours, inputs, &mut statistics)?;
+        self.count(statistics, clock);
+        Ok(pictures)
     }
 
     /// Annual glare of all views, if the project asks for it.
@@ -414,6 +497,7 @@ impl Run<'_> {
         views: Vec<ViewSummary>,
         glare: Option<GlareSummary>,
         estimated_error: Option<results::EstimatedError>,
+        suns: Option<SunCensus>,
         warnings: &Warnings,
     ) -> Summary {
         let (project, rays) = (self.project, self.statistics.segments);
@@ -423,7 +507,9 @@ impl Run<'_> {
             device: DeviceSummary::of(self.device),
             preset: project.quality.preset.name().to_string(),
             seed: project.quality.seed,
-            phases: project.method.phases,
+            phases: self.choice.phases,
+            phases_because: self.choice.why.to_string(),
+            suns,
             sky_subdivision: project.method.sky.subdivision(),
             bounces: project.method.bounces,
             hours: self.inputs.weather.records.len(),
@@ -443,7 +529,7 @@ impl Run<'_> {
 }
 
 /// The rows of each group.
-fn split(matrix: &Matrix<f32>, groups: &[SensorGroup]) -> Vec<Matrix<f32>> {
+pub(super) fn split(matrix: &Matrix<f32>, groups: &[SensorGroup]) -> Vec<Matrix<f32>> {
     let mut first = 0;
     let values = matrix.cols() * matrix.components();
     groups

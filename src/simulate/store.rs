@@ -49,6 +49,26 @@ impl Store {
         self.folder.join("illuminance").join(format!("{sensors}.{extension}"))
     }
 
+    /// Path of one term of an illuminance, in a folder made if need be.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn term_path(&self, sensors: &str, term: &str) -> Result<PathBuf> {
+        let folder = self.folder.join("illuminance").join("terms");
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
+        Ok(folder.join(format!("{sensors}_{term}.mtx")))
+    }
+
+    /// Path of the suns' pictures of a view.
+    pub fn sun_pictures_path(&self, view: &str) -> PathBuf {
+        self.folder.join("matrices").join(format!("C_{view}.suns"))
+    }
+
+    /// Path of the Radiance file with the suns that were traced.
+    pub fn suns_path(&self) -> PathBuf {
+        self.folder.join("matrices").join("suns.rad")
+    }
+
     /// Folder for the pictures of a view, made if need be.
     ///
     /// # Errors

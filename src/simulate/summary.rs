@@ -2,6 +2,7 @@
 
 use super::glare::GlareSummary;
 use super::results::EstimatedError;
+use super::suns::SunCensus;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use serde::Serialize;
@@ -23,6 +24,11 @@ pub struct Summary {
     pub seed: u32,
     /// Phases of the method.
     pub phases: u32,
+    /// Why as many.
+    pub phases_because: String,
+    /// Suns of the five-phase method; absent otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub suns: Option<SunCensus>,
     /// Reinhart subdivision of the sky.
     pub sky_subdivision: usize,
     /// Limit of diffuse reflections; absent: none.
@@ -120,6 +126,8 @@ pub struct Seconds {
     pub view: f64,
     /// Daylight matrices.
     pub daylight: f64,
+    /// Sun matrix.
+    pub suns: f64,
     /// Product of all matrices.
     pub product: f64,
     /// Propagation of the standard errors.

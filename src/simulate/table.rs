@@ -182,6 +182,21 @@ impl<'d, 'a> Table<'d, 'a> {
         }
     }
 
+    /// A whole number within limits (`Ok`) or one of several words (`Err`).
+    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
+    pub fn integer_or_choice(
+        &mut self,
+        key: &'static str,
+        limits: std::ops::RangeInclusive<u64>,
+        words: &[&'static str],
+    ) -> Result<Option<std::result::Result<u64, &'static str>>> {
+        if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
+            let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
+            return Ok(self.choice(key, &choices)?.map(Err));
+        }
+        Ok(self.integer(key, limits)?.map(Ok))
+    }
+
     /// True or false.
     pub fn boolean(&mut self, key: &'static str) -> Result<Option<bool>> {
         match self.get(key).map(Spanned::get_ref) {

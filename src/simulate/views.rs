@@ -1,10 +1,12 @@
 //! Pictures of a project: `[[view]]` and `[images]`, their view matrices and hourly pictures.
 
 use super::fingerprint::Fingerprint;
+use super::five_phase::FivePhase;
 use super::multiply::{check_hours, lit_columns, select_columns};
-use super::pictures::{Output, PictureView, Request, write_pictures};
+use super::pictures::{Addition, Output, PictureView, Request, write_pictures};
 use super::project::name;
 use super::store::{INPUTS, Store, software};
+use super::sun_pictures::SunPictures;
 use super::table::Table;
 use crate::camera::{Raster, View};
 use crate::error::{Error, Result, Warnings};
@@ -22,6 +24,7 @@ use crate::matrix::rows::MatrixRows;
 use crate::progress::Progress;
 use crate::scene::{Scene, Window};
 use rayon::prelude::*;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Most pixels in a row or column.
@@ -95,6 +98,23 @@ pub struct ImagesSection {
     pub hours: ImageHours,
 }
 
+impl ImageHours {
+    /// The hours, by number of the year.
+    ///
+    /// # Errors
+    /// Hours that the sky matrix does not have.
+    pub fn chosen(&self, sky: &Matrix<f32>) -> Result<Vec<usize>> {
+        match self {
+            ImageHours::None => Ok(Vec::new()),
+            ImageHours::Daylight => Ok(lit_columns(sky)),
+            ImageHours::Chosen(hours) => {
+                check_hours(hours, "the weather file", sky.cols()).map_err(|e| e.field("images.hours"))?;
+                Ok(hours.clone())
+            }
+        }
+    }
+}
+
 impl ImagesSection {
     pub(super) fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
         let mut images = Self { hours: ImageHours::None };
@@ -138,13 +158,18 @@ impl ViewJob<'_> {
         let raster = self.view.raster()?;
         let bins = self.windows.iter().map(|w| w.basis.len()).sum();
         let path = self.store.matrix_path(&format!("V_{}", self.view.name));
+        let direct_path = self.direct_path();
         let batches_path = self.batches_path();
         // A view without directions (parallel) has no glare, and no need of batches.
         let geometry = PixelGeometry::new(&raster).ok();
         let batches = if geometry.is_some() { self.options.batches as usize } else { 0 };
         let mut sums: Vec<BatchSums> = geometry.iter().flat_map(|g| vec![BatchSums::new(g, bins); batches]).collect();
         let rows = sums.iter().map(BatchSums::rows).sum();
-        if kept(&path, inputs, [raster.len(), bins]) && (rows == 0 || kept(&batches_path, inputs, [rows, bins])) {
+        let straight = self.options.straight;
+        if kept(&path, inputs, [raster.len(), bins])
+            && (!straight || kept(&direct_path, inputs, [raster.len(), bins]))
+            && (rows == 0 || kept(&batches_path, inputs, [rows, bins]))
+        {
             return Ok((raster.len(), bins, true));
         }
         let header = [
@@ -154,8 +179,12 @@ impl ViewJob<'_> {
             format!("VIEW= {}", raster.camera().view().to_options()),
             format!("RESOLUTION=-Y {} +X {}", raster.height(), raster.width()),
         ];
-        write_atomically(&path, |out| {
+        let mut trace = |out: &mut dyn Write, direct: Option<&mut dyn Write>| {
+            let mut direct = direct;
             write_float_header(out, [raster.len(), bins, 3], &header)?;
+            if let Some(direct) = &mut direct {
+                write_float_header(*direct, [raster.len(), bins, 3], &header)?;
+            }
             let mut bytes = Vec::new();
             let found = image_matrix::compute(self.device, self.scene, self.windows, &raster, &self.options, self.progress, &mut |rows| {
                 if let Some(geometry) = &geometry {
@@ -163,12 +192,23 @@ impl ViewJob<'_> {
                 }
                 bytes.clear();
                 bytes.extend(rows.values.iter().flat_map(|v| v.to_le_bytes()));
-                out.write_all(&bytes).map_err(|e| Error::io(&path, &e))
+                out.write_all(&bytes).map_err(|e| Error::io(&path, &e))?;
+                if let Some(direct) = &mut direct {
+                    bytes.clear();
+                    bytes.extend(rows.straight.iter().flat_map(|v| v.to_le_bytes()));
+                    direct.write_all(&bytes).map_err(|e| Error::io(&direct_path, &e))?;
+                }
+                Ok(())
             })?;
             statistics.paths += found.paths;
             statistics.segments += found.segments;
             Ok(())
-        })?;
+        };
+        if straight {
+            write_atomically(&direct_path, |direct| write_atomically(&path, |out| trace(out, Some(direct))))?;
+        } else {
+            write_atomically(&path, |out| trace(out, None))?;
+        }
         if !sums.is_empty() {
             let values = sums.iter().flat_map(BatchSums::sums).map(|&v| v as f32).collect();
             let matrix = Matrix::from_data(rows, bins, 3, values)?;
@@ -179,13 +219,18 @@ impl ViewJob<'_> {
         Ok((raster.len(), bins, false))
     }
 
+    /// Where the straight part of the view matrix is kept.
+    fn direct_path(&self) -> PathBuf {
+        self.store.matrix_path(&format!("V_{}_direct", self.view.name))
+    }
+
     /// Where the batches of the view matrix are kept, reduced to what the noise of glare needs.
     pub fn batches_path(&self) -> PathBuf {
         self.store.matrix_path(&format!("V_{}_batches", self.view.name))
     }
 
-    /// Writes `images/NAME/img_%04d.hdr`, numbered by hour, from the stored view matrix. Returns how
-    /// many.
+    /// Writes `images/NAME/img_%04d.hdr`, numbered by hour, from the stored view matrix; with five
+    /// phases the sun goes out of the product and comes back as traced. Returns how many.
     ///
     /// # Errors
     /// Hours that the weather file does not have, and failures of device and file system.
@@ -194,33 +239,44 @@ impl ViewJob<'_> {
         multiplier: &dyn Multiplier,
         transmitted: &Matrix<f64>,
         sky: &Matrix<f32>,
-        hours: &ImageHours,
+        hours: &[usize],
+        five: Option<(&FivePhase<'_>, &SunPictures)>,
         warnings: &mut Warnings,
     ) -> Result<usize> {
-        let hours = match hours {
-            ImageHours::None => return Ok(0),
-            ImageHours::Daylight => lit_columns(sky),
-            ImageHours::Chosen(hours) => {
-                check_hours(hours, "the weather file", sky.cols()).map_err(|e| e.field("images.hours"))?;
-                hours.clone()
-            }
-        };
+        if hours.is_empty() {
+            return Ok(0);
+        }
         let folder = self.store.image_folder(&self.view.name)?;
         let matrix = self.store.matrix_path(&format!("V_{}", self.view.name));
-        let mut view = PictureView::open(&matrix.display().to_string(), None)?;
+        let direct = five.and_then(|(five, _)| five.direct_light_at_windows(multiplier, hours).transpose()).transpose()?;
+        let mut view = match &direct {
+            None => PictureView::open(&matrix.display().to_string(), None)?,
+            Some(_) => PictureView::open_split(&matrix, &self.direct_path())?,
+        };
         let transmitted = transmitted.map(|v| v as f32);
         let coefficients = crate::simulate::multiply::product(
             multiplier,
             vec![
                 crate::simulate::multiply::Factor { name: "T·D".into(), matrix: transmitted },
-                crate::simulate::multiply::Factor { name: "S".into(), matrix: select_columns(sky, &hours) },
+                crate::simulate::multiply::Factor { name: "S".into(), matrix: select_columns(sky, hours) },
             ],
             None,
         )?;
+        // V·TDS − Vd·TDdSds = (V − Vd)·TDS + Vd·(TDS − TDdSds): nothing negative.
+        let coefficients = match direct {
+            None => coefficients,
+            Some(direct) => {
+                let rest = coefficients.data().iter().zip(direct.data()).map(|(all, direct)| (all - direct).max(0.0)).collect::<Vec<f32>>();
+                let (bins, columns) = (coefficients.rows(), coefficients.cols());
+                Matrix::from_data(2 * bins, columns, 3, [coefficients.into_data(), rest].concat())?
+            }
+        };
+        let sun_picture = |hour: usize| five.map_or_else(|| Ok(Vec::new()), |(_, suns)| suns.sun_picture(hour));
+        let addition: Option<&Addition<'_>> = if five.is_some() { Some(&sun_picture) } else { None };
         let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
         let output = Output::parse(&folder.join("img_%04d.hdr").display().to_string(), options)?;
         let header = [software()];
-        let request = Request { coefficients: &coefficients, hours: &hours, output: &output, header: &header, memory: PICTURE_MEMORY };
+        let request = Request { coefficients: &coefficients, hours, output: &output, header: &header, memory: PICTURE_MEMORY, addition };
         write_pictures(multiplier, &mut view, &request, self.progress, warnings)?;
         Ok(hours.len())
     }

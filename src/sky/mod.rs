@@ -8,7 +8,7 @@ use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
-use crate::units::{BRIGHTNESS_WEIGHTS, LUMINOUS_EFFICACY};
+use crate::units::{BRIGHTNESS_WEIGHTS, LUMINOUS_EFFICACY, SUN_DIAMETER_DEG};
 use crate::weather::sun::{self, SunPosition};
 use crate::weather::{Quantity, Record, Weather};
 use patches::{Patches, SunPatches};
@@ -87,6 +87,33 @@ pub struct SkyColumn {
 pub fn sky_columns(weather: &Weather, options: &SkyOptions) -> Result<Vec<SkyColumn>> {
     let hours = hours(weather, options)?;
     Ok(hours.iter().map(|h| SkyColumn { record: h.record, sun: h.sun, direct_normal: h.direct, black: h.is_black(options) }).collect())
+}
+
+/// The sun of one time step, as `gendaymtx -d -5` gives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SunHour {
+    /// The patch nearest to it, of [`ReinhartSky`].
+    pub patch: usize,
+    /// Radiance of its disc of [`SkyOptions::sun_disc`] (the real sun's by default), W/m²sr; grey.
+    pub radiance: f64,
+    /// Where it stands, the rotation included.
+    pub position: SunPosition,
+}
+
+/// The suns of all time steps: the only entries of `gendaymtx -d -5`'s matrix that are not zero.
+/// Nothing for those without sun.
+///
+/// # Errors
+/// Options out of their range, or no hour left by `-u`.
+pub fn sun_hours(weather: &Weather, options: &SkyOptions) -> Result<Vec<Option<SunHour>>> {
+    let options = SkyOptions { sun: true, sun_disc: options.sun_disc.or(Some(SUN_DIAMETER_DEG)), ..options.clone() };
+    let patches = Patches::new(ReinhartSky::new(options.subdivision)?);
+    let hours = hours(weather, &options)?;
+    let sun = |hour: &Hour| {
+        let (patch, radiance) = hour.sun_patches(&patches, &options).iter().next()?;
+        Some(SunHour { patch, radiance, position: hour.sun })
+    };
+    Ok(hours.par_iter().map(sun).collect())
 }
 
 /// The sky matrix `[patch][hour]` of RGB radiance, W/m²sr. Row 0 is the ground, then the patches of

@@ -434,3 +434,23 @@ fn options_out_of_range_are_refused_and_work_can_be_stopped() {
     }
     assert_eq!(sky_matrix(&w, &base(), &Stop).unwrap_err(), cancelled());
 }
+
+#[test]
+fn the_suns_of_the_hours_are_the_entries_of_the_sun_matrix() {
+    let records: String = (0..24).map(|h| format!("3 21 {h}.5 {} 80\n", if h == 9 { 0 } else { 600 })).collect();
+    let text = format!("place Test\nlatitude 40.8\nlongitude 74\ntime_zone 75\nsite_elevation 0\nweather_data_file_units 1\n{records}");
+    let weather = Weather::from_bytes(text.as_bytes(), &mut crate::error::Warnings::new()).unwrap();
+    for subdivision in [1, 4] {
+        let options = SkyOptions { subdivision, sky: false, sun_disc: Some(0.533), ..SkyOptions::default() };
+        let matrix = sky_matrix(&weather, &options, &crate::progress::Silent).unwrap();
+        let suns = sun_hours(&weather, &options).unwrap();
+        assert_eq!(suns.len(), matrix.cols());
+        assert!(suns[12].is_some() && suns[9].is_none(), "{:?}", suns[9]);
+        for (column, sun) in suns.iter().enumerate() {
+            for patch in 0..matrix.rows() {
+                let wanted = sun.filter(|s| s.patch == patch).map_or(0.0, |s| s.radiance as f32);
+                assert_eq!(matrix.at(patch, column), [wanted; 3], "patch {patch}, hour {column}");
+            }
+        }
+    }
+}

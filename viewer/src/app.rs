@@ -8,13 +8,12 @@ use crate::history::History;
 use crate::job::Job;
 use crate::open::{Opened, open};
 use crate::picture::PicturePanel;
-use crate::plot;
 use crate::remember::Remembered;
 use crate::results::Results;
 use crate::save::{Saving, Writer};
 use crate::year::YearPanel;
 use crate::{bsdf, grid, picture, year};
-use eframe::egui::{self, Color32, Key, KeyboardShortcut, Modifiers, RichText};
+use eframe::egui::{self, Color32, Key, KeyboardShortcut, Modifiers};
 use lucarne::image::palette::Palette;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -68,23 +67,23 @@ pub struct Views {
 pub struct App {
     /// What the user has chosen.
     pub views: Views,
-    history: History<Views>,
-    bsdf: BsdfPanel,
-    picture: PicturePanel,
-    year: YearPanel,
-    grid: GridPanel,
-    results: Option<Arc<Results>>,
-    loading: Vec<(PathBuf, Job<lucarne::Result<Opened>>)>,
-    waiting: Vec<PathBuf>,
-    messages: Vec<(bool, String)>,
-    remembered: Remembered,
-    remember_at: Option<PathBuf>,
+    pub(crate) history: History<Views>,
+    pub(crate) bsdf: BsdfPanel,
+    pub(crate) picture: PicturePanel,
+    pub(crate) year: YearPanel,
+    pub(crate) grid: GridPanel,
+    pub(crate) results: Option<Arc<Results>>,
+    pub(crate) loading: Vec<(PathBuf, Job<lucarne::Result<Opened>>)>,
+    pub(crate) waiting: Vec<PathBuf>,
+    pub(crate) messages: Vec<(bool, String)>,
+    pub(crate) remembered: Remembered,
+    pub(crate) remember_at: Option<PathBuf>,
     /// Text of the field of "Open".
-    path_field: Option<String>,
-    saving: Option<Saving>,
-    help: bool,
-    panel_wanted: Option<PanelKind>,
-    hour_wanted: Option<usize>,
+    pub(crate) path_field: Option<String>,
+    pub(crate) saving: Option<Saving>,
+    pub(crate) help: bool,
+    pub(crate) panel_wanted: Option<PanelKind>,
+    pub(crate) hour_wanted: Option<usize>,
 }
 
 impl App {
@@ -152,6 +151,18 @@ impl App {
             || self.grid.busy()
     }
 
+    /// Whether the year's picture is that of an hour.
+    #[cfg(test)]
+    pub fn shows_hour(&self, hour: usize) -> bool {
+        self.year.picture_shown().is_some_and(|p| p.0 == hour)
+    }
+
+    /// What the year's picture took to compute.
+    #[cfg(test)]
+    pub fn seconds_of_picture(&self) -> f64 {
+        self.year.picture_shown().map_or(0.0, |p| p.1)
+    }
+
     /// The first failure that is shown.
     pub fn first_error(&self) -> Option<String> {
         self.messages.iter().find(|(bad, _)| *bad).map(|(_, text)| text.clone())
@@ -169,7 +180,8 @@ impl App {
         if !self.messages.is_empty() {
             egui::Panel::bottom("messages").show(ui, |ui| self.message_list(ui));
         }
-        egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.panel(ui, &mut out));
+        let fill = ui.visuals().panel_fill;
+        egui::CentralPanel::default().frame(egui::Frame::NONE.fill(fill)).show(ui, |ui| self.panel(ui, &mut out));
         if self.help {
             self.help = help::show(&ctx, self.views.panel);
         }
@@ -239,6 +251,7 @@ impl App {
             match result {
                 Ok(Ok(opened)) => {
                     self.remembered.opened(&path);
+                    self.remember();
                     self.take(opened);
                 }
                 Ok(Err(error)) => self.messages.push((true, error.to_string())),
@@ -311,155 +324,29 @@ impl App {
         }
     }
 
-    fn undo(&mut self) {
+    fn remember(&mut self) {
+        self.remembered.palette = self.views.bsdf.palette.name().into();
+        if let Some(path) = &self.remember_at {
+            self.remembered.write(path);
+        }
+    }
+
+    pub fn undo(&mut self) {
         if let Some(views) = self.history.undo() {
             self.views = views;
         }
     }
 
-    fn redo(&mut self) {
+    pub fn redo(&mut self) {
         if let Some(views) = self.history.redo() {
             self.views = views;
         }
     }
 
-    fn set_theme(&mut self, ctx: &egui::Context, dark: bool) {
+    pub fn set_theme(&mut self, ctx: &egui::Context, dark: bool) {
         ctx.set_theme(if dark { egui::ThemePreference::Dark } else { egui::ThemePreference::Light });
         self.remembered.theme = if dark { "dark" } else { "light" }.into();
     }
-
-    fn menu(&mut self, ui: &mut egui::Ui) {
-        egui::MenuBar::new().ui(ui, |ui| {
-            ui.menu_button("File", |ui| {
-                if ui.button("Open…   Ctrl+O").clicked() {
-                    self.path_field = Some(String::new());
-                }
-                ui.separator();
-                ui.weak("Recent");
-                let recent = self.remembered.recent.clone();
-                if recent.is_empty() {
-                    ui.weak("  nothing yet");
-                }
-                for path in &recent {
-                    if ui.button(shortened(path)).on_hover_text(path.display().to_string()).clicked() {
-                        self.open(path);
-                    }
-                }
-                ui.separator();
-                if ui.button("Quit").clicked() {
-                    ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
-                }
-            });
-            ui.menu_button("View", |ui| {
-                let (back, forward) = self.history.steps();
-                if ui.add_enabled(back, egui::Button::new("Undo   Ctrl+Z")).clicked() {
-                    self.undo();
-                }
-                if ui.add_enabled(forward, egui::Button::new("Redo   Ctrl+Shift+Z")).clicked() {
-                    self.redo();
-                }
-                ui.separator();
-                let dark = ui.visuals().dark_mode;
-                if ui.button(if dark { "Light   Ctrl+D" } else { "Dark   Ctrl+D" }).clicked() {
-                    self.set_theme(&ui.ctx().clone(), !dark);
-                }
-            });
-            if ui.button("Keys").on_hover_text("F1 or ?").clicked() {
-                self.help = true;
-            }
-            ui.separator();
-            for panel in PanelKind::ALL {
-                let text = RichText::new(panel.name()).strong();
-                ui.selectable_value(&mut self.views.panel, panel, text);
-            }
-            ui.separator();
-            if let Some((path, _)) = self.loading.first() {
-                ui.spinner();
-                ui.weak(format!("reading {}", shortened(path)));
-            } else if matches!(self.views.panel, PanelKind::Year | PanelKind::Grid)
-                && let Some(results) = &self.results
-            {
-                ui.weak(&results.title);
-            }
-        });
-    }
-
-    fn message_list(&mut self, ui: &mut egui::Ui) {
-        let mut closed = None;
-        ui.add_space(2.0);
-        for (i, (bad, text)) in self.messages.iter().enumerate().rev().take(4) {
-            ui.horizontal_top(|ui| {
-                if ui.small_button("×").on_hover_text("Close (Esc closes all)").clicked() {
-                    closed = Some(i);
-                }
-                let color: Color32 = if *bad { plot::line_color(ui, 1) } else { ui.visuals().text_color() };
-                ui.add(egui::Label::new(RichText::new(text.as_str()).color(color)).wrap());
-            });
-        }
-        if let Some(i) = closed {
-            self.messages.remove(i);
-        }
-    }
-
-    fn open_field(&mut self, ctx: &egui::Context) {
-        let Some(mut text) = self.path_field.take() else { return };
-        let mut keep = true;
-        egui::Modal::new(egui::Id::unique("open")).show(ctx, |ui| {
-            ui.heading("Open");
-            ui.label("Path of a result folder, a BSDF (.xml), a picture (.hdr, .exr) or a matrix (.mtx); or drop it on the window.");
-            let field = ui.add(egui::TextEdit::singleline(&mut text).desired_width(520.0).hint_text("out/office"));
-            field.request_focus();
-            for name in completions(&text) {
-                if ui.selectable_label(false, &name).clicked() {
-                    text = name;
-                }
-            }
-            ui.add_space(6.0);
-            ui.horizontal(|ui| {
-                let enter = ui.input(|i| i.key_pressed(Key::Enter));
-                if (ui.button("Open").clicked() || enter) && !text.trim().is_empty() {
-                    self.waiting.push(PathBuf::from(text.trim()));
-                    keep = false;
-                }
-                if ui.button("Cancel").clicked() || ui.input(|i| i.key_pressed(Key::Escape)) {
-                    keep = false;
-                }
-            });
-        });
-        self.path_field = keep.then_some(text);
-    }
-}
-
-/// Files and folders that begin as the text does, at most eight.
-fn completions(text: &str) -> Vec<String> {
-    let (folder, start) = text.rsplit_once('/').map_or(("", text), |(f, s)| (f, s));
-    let base = if text.starts_with('/') && folder.is_empty() {
-        "/"
-    } else if folder.is_empty() {
-        "."
-    } else {
-        folder
-    };
-    let Ok(entries) = std::fs::read_dir(base) else { return Vec::new() };
-    let mut names: Vec<String> = entries
-        .flatten()
-        .filter_map(|e| {
-            let name = e.file_name().to_string_lossy().into_owned();
-            let folder_end = if e.path().is_dir() { "/" } else { "" };
-            let known = !folder_end.is_empty() || [".xml", ".hdr", ".pic", ".exr", ".mtx"].iter().any(|x| name.ends_with(x));
-            let prefix = if text.contains('/') { format!("{folder}/") } else { String::new() };
-            (name.starts_with(start) && !name.starts_with('.') && known).then(|| format!("{prefix}{name}{folder_end}"))
-        })
-        .collect();
-    names.sort();
-    names.truncate(8);
-    names
-}
-
-/// The last two parts of a path.
-fn shortened(path: &Path) -> String {
-    let parts: Vec<_> = path.components().rev().take(2).map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
-    parts.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
 fn style(ctx: &egui::Context) {
@@ -491,10 +378,7 @@ impl eframe::App for App {
     }
 
     fn on_exit(&mut self) {
-        self.remembered.palette = self.views.bsdf.palette.name().into();
-        if let Some(path) = &self.remember_at {
-            self.remembered.write(path);
-        }
+        self.remember();
     }
 }
 

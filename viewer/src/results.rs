@@ -9,6 +9,7 @@ use lucarne::scene::Scene;
 use lucarne::simulate::Project;
 use lucarne::weather::Weather;
 use lucarne::{Error, Result, Warnings};
+use std::collections::HashMap;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -78,6 +79,10 @@ pub struct Results {
     pub glare: Vec<GlareYear>,
     /// Names of the windows in the order of the view matrices' columns.
     pub windows: Vec<String>,
+    /// Further states of each window that the project names, by its name in [`Self::windows`].
+    pub states: HashMap<String, Vec<PathBuf>>,
+    /// Phases of the method that gave the illuminance.
+    pub phases: u64,
     /// The room, if the project it came from is found.
     pub scene: Option<Arc<Scene>>,
     /// Site and sun, likewise.
@@ -113,7 +118,7 @@ impl Results {
             }
             groups.push(Group { name, positions, directions: Vec::new(), lux: Arc::new(lux) });
         }
-        let windows = names("matrices").iter().filter_map(|n| n.strip_prefix("D_").map(str::to_string)).collect();
+        let windows: Vec<String> = names("matrices").iter().filter_map(|n| n.strip_prefix("D_").map(str::to_string)).collect();
         let mut views = Vec::new();
         for name in names("views") {
             match view_file(folder, &name) {
@@ -123,9 +128,9 @@ impl Results {
         }
         let hours = groups.first().map(|g| g.lux.cols()).or_else(|| summary["hours"].as_u64().map(|h| h as usize)).unwrap_or(8760);
         let project = summary["project"].as_str().map(|p| folder.join(p)).or_else(|| guess_project(folder));
-        let (mut scene, mut weather) = (None, None);
+        let (mut scene, mut weather, mut states) = (None, None, HashMap::new());
         if let Some(project) = project {
-            match read_room(&project, &mut groups) {
+            match read_room(&project, &mut groups, &windows, &mut states) {
                 Ok((s, w)) => (scene, weather) = (Some(Arc::new(s)), Some(Arc::new(w))),
                 Err(e) => notes.push(format!("the room's outline and the sun are not shown: {e}")),
             }
@@ -141,12 +146,13 @@ impl Results {
         let glare = read_glare(folder, hours, &mut notes);
         let title = format!(
             "{}   {} hours, preset {}, {}",
-            folder.display(),
+            shortened(folder),
             hours,
             summary["preset"].as_str().unwrap_or("?"),
             summary["device"]["name"].as_str().unwrap_or("?")
         );
-        Ok(Self { folder: folder.to_path_buf(), title, stamps, groups, views, glare, windows, scene, weather, notes })
+        let phases = summary["phases"].as_u64().unwrap_or(3);
+        Ok(Self { folder: folder.to_path_buf(), title, stamps, groups, views, glare, windows, states, phases, scene, weather, notes })
     }
 
     /// A year of illuminance from a matrix file alone.
@@ -164,6 +170,8 @@ impl Results {
             views: Vec::new(),
             glare: Vec::new(),
             windows: Vec::new(),
+            states: HashMap::new(),
+            phases: 3,
             scene: None,
             weather: None,
             notes: Vec::new(),
@@ -179,6 +187,12 @@ impl Results {
     pub fn matrix(&self, name: &str) -> PathBuf {
         self.folder.join("matrices").join(format!("{name}.mtx"))
     }
+}
+
+/// The last two parts of a path.
+pub fn shortened(path: &Path) -> String {
+    let parts: Vec<_> = path.components().rev().take(2).map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+    parts.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
 fn view_file(folder: &Path, name: &str) -> Result<ViewFile> {
@@ -215,38 +229,55 @@ fn read_table(path: &Path) -> Option<(Vec<DVec3>, Vec<Stamp>)> {
     Some((positions.unwrap_or_default(), stamps.collect()))
 }
 
-/// `glare/VIEW.csv` of every view: `hour,dgp,dgp_standard_error,ev_lux,sources,class`.
+/// `glare/VIEW.csv` of every view, and `glare/STATE/VIEW.csv` of every state of the façade:
+/// `hour,dgp,dgp_standard_error,ev_lux,sources,class`.
 fn read_glare(folder: &Path, hours: usize, notes: &mut Vec<String>) -> Vec<GlareYear> {
-    let Ok(entries) = std::fs::read_dir(folder.join("glare")) else { return Vec::new() };
-    let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "csv")).collect();
-    files.sort();
-    let mut glare = Vec::new();
-    for file in files {
-        let Ok(text) = std::fs::read_to_string(&file) else { continue };
-        let mut lines = text.lines();
-        let columns: Vec<&str> = lines.next().unwrap_or_default().split(',').map(str::trim).collect();
-        let column = |name: &str| columns.iter().position(|c| *c == name);
-        let (Some(hour), Some(dgp)) = (column("hour"), column("dgp")) else { continue };
-        let view = file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let mut year = GlareYear { view, dgp: vec![f64::NAN; hours], class: vec![f64::NAN; hours] };
-        for line in lines {
-            let words: Vec<&str> = line.split(',').collect();
-            let at = words.get(hour).and_then(|w| w.trim().parse::<usize>().ok());
-            let value = words.get(dgp).and_then(|w| w.trim().parse::<f64>().ok());
-            match (at, value) {
-                (Some(h), Some(v)) if h < hours => {
+    let folder = folder.join("glare");
+    let inside = |folder: &Path| -> Vec<PathBuf> {
+        let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path()).collect();
+        paths.sort();
+        paths
+    };
+    let mut files: Vec<(String, PathBuf)> = Vec::new();
+    for path in inside(&folder) {
+        if path.is_dir() {
+            let state = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+            files.extend(inside(&path).into_iter().map(|p| (format!(", {state}"), p)));
+        } else {
+            files.push((String::new(), path));
+        }
+    }
+    let tables = files.into_iter().filter(|(_, p)| p.extension().is_some_and(|e| e == "csv"));
+    tables.filter_map(|(state, file)| read_hours(&file, &state, hours, notes)).collect()
+}
+
+/// One table of hours; other tables (of all views) are none.
+fn read_hours(file: &Path, state: &str, hours: usize, notes: &mut Vec<String>) -> Option<GlareYear> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let mut lines = text.lines();
+    let columns: Vec<&str> = lines.next()?.split(',').map(str::trim).collect();
+    let column = |name: &str| columns.iter().position(|c| *c == name);
+    let (hour, dgp, light) = (column("hour")?, column("dgp")?, column("ev_lux")?);
+    let name = file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let mut year = GlareYear { view: name + state, dgp: vec![f64::NAN; hours], class: vec![f64::NAN; hours] };
+    for line in lines {
+        let words: Vec<&str> = line.split(',').map(str::trim).collect();
+        let number = |i: usize| words.get(i).and_then(|w| w.parse::<f64>().ok());
+        match (words.get(hour).and_then(|w| w.parse::<usize>().ok()), number(dgp), number(light)) {
+            // Without light there is no glare to speak of.
+            (Some(h), Some(v), Some(lux)) if h < hours => {
+                if lux > 0.0 {
                     year.dgp[h] = v;
                     year.class[h] = class_of(v);
                 }
-                _ => {
-                    notes.push(format!("{}: a line was not understood: {line}", file.display()));
-                    break;
-                }
+            }
+            _ => {
+                notes.push(format!("{}: a line was not understood: {line}", file.display()));
+                break;
             }
         }
-        glare.push(year);
     }
-    glare
+    Some(year)
 }
 
 /// Class of a DGP, 0…3 of [`CLASSES`].
@@ -265,13 +296,23 @@ fn guess_project(folder: &Path) -> Option<PathBuf> {
 }
 
 /// Scene and weather of a project, and where its sensors face.
-fn read_room(project: &Path, groups: &mut [Group]) -> Result<(Scene, Weather)> {
+fn read_room(
+    project: &Path,
+    groups: &mut [Group],
+    windows: &[String],
+    states: &mut HashMap<String, Vec<PathBuf>>,
+) -> Result<(Scene, Weather)> {
     let project = Project::read(project)?;
     let mut warnings = Warnings::new();
     let weather = Weather::read(&project.weather.file, &mut warnings)?;
     let base = project.folder();
     let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
     let mut scene = lucarne::scene::read_scene(&files, base, &mut warnings)?;
+    for window in project.windows.iter().filter(|w| w.states.len() > 1) {
+        // A section of several windows names each after itself.
+        let own = windows.iter().filter(|n| **n == window.name || n.starts_with(&format!("{}-", window.name)));
+        states.extend(own.map(|n| (n.clone(), window.states[1..].to_vec())));
+    }
     // Windows are part of the outline.
     for window in &project.windows {
         let surface = window.surface.strip_prefix(base).unwrap_or(&window.surface);
@@ -312,10 +353,14 @@ mod tests {
         std::fs::create_dir(folder.path().join("glare")).unwrap();
         let text = "hour,dgp,dgp_standard_error,ev_lux,sources,class\n8,0.41,0.001,2000,2,disturbing\n9,0.2,0.001,900,0,imperceptible\n";
         std::fs::write(folder.path().join("glare/desk.csv"), text).unwrap();
-        std::fs::write(folder.path().join("glare/annual.csv"), "view,dgp\ndesk,0.3\n").unwrap();
+        std::fs::write(folder.path().join("glare/undecided.csv"), "view,hour,dgp,dgp_standard_error,class,or\ndesk,8,0.4,0.1,a,b\n")
+            .unwrap();
+        std::fs::create_dir(folder.path().join("glare/tinted")).unwrap();
+        std::fs::write(folder.path().join("glare/tinted/desk.csv"), "hour,dgp,ev_lux\n8,0.3,100\n9,0.0,0\n").unwrap();
         let mut notes = Vec::new();
         let glare = read_glare(folder.path(), 24, &mut notes);
-        assert!(notes.is_empty() && glare.len() == 1 && glare[0].view == "desk");
+        assert!(notes.is_empty() && glare.len() == 2 && glare[0].view == "desk" && glare[1].view == "desk, tinted", "{notes:?}");
+        assert!(glare[1].dgp[9].is_nan(), "there is no glare in the dark");
         assert_eq!((glare[0].dgp[8], glare[0].class[8], glare[0].dgp[9]), (0.41, 2.0, 0.2));
         assert!(glare[0].dgp[0].is_nan());
     }

@@ -149,7 +149,7 @@ fn a_bsdf_over_a_year_is_another_state_of_the_facade() {
     window.settle(&mut app).unwrap();
     assert_eq!(app.first_error(), None);
     assert_eq!((app.views.panel, app.views.year.fractions.as_slice()), (PanelKind::Year, &[1.0][..]));
-    assert!(shows(&window, "→ double_clear.xml"));
+    assert!(shows(&window, "to double_clear.xml"));
 }
 
 #[test]
@@ -224,4 +224,163 @@ fn a_picture_is_read_under_the_pointer_and_judged() {
     window.button(&mut app, number + eframe::egui::vec2(100.0, 0.0), false);
     window.frame(&mut app);
     assert!(shows(&window, "Profile from A to B"), "{:?}", window.texts());
+}
+
+/// Processor time of this process so far (Linux).
+fn cpu_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let words: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    // Ticks of a hundredth of a second: user, then system.
+    [11, 12].iter().filter_map(|i| words.get(*i)?.parse::<f64>().ok()).sum::<f64>() / 100.0
+}
+
+/// Scrubs through a real result folder, named by LUCARNE_VIEWER_RESULTS, and says how fast.
+#[test]
+#[ignore = "measures; needs a result folder with a view"]
+fn scrubbing_speed() {
+    let folder = PathBuf::from(std::env::var_os("LUCARNE_VIEWER_RESULTS").expect("LUCARNE_VIEWER_RESULTS names a result folder"));
+    let start = std::time::Instant::now();
+    let (mut window, mut app) = open(&[&folder], Some(PanelKind::Year));
+    let first = start.elapsed();
+    window.pixels().unwrap();
+    let cpu = cpu_seconds();
+    let start = std::time::Instant::now();
+    let (frames, mut pictures) = (40, 0.0);
+    for k in 0..frames {
+        app.views.year.hour = 1900 + k;
+        window.frame(&mut app);
+        while !app.shows_hour(1900 + k) {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+            window.frame(&mut app);
+        }
+        pictures += app.seconds_of_picture();
+        window.pixels().unwrap();
+    }
+    let rate = f64::from(frames as u32) / start.elapsed().as_secs_f64();
+    let cpu = (cpu_seconds() - cpu) / f64::from(frames as u32);
+    println!("{:.1} ms of processor time per frame: {:.1} frames/s on two idle cores", 1e3 * cpu, 2.0 / cpu);
+    println!("opened in {first:.2?}; {rate:.1} frames/s, of which the product takes {:.1} ms", 1e3 * pictures / f64::from(frames as u32));
+}
+
+/// Share of 8 × 8 blocks whose mean colour differs visibly: text that moves by a fraction of a pixel
+/// does not count, a colour or a shape that changes does.
+fn differing(a: &[u8], b: &[u8], [w, h]: [usize; 2]) -> f64 {
+    const BLOCK: usize = 8;
+    let mean = |p: &[u8], x0: usize, y0: usize, c: usize| {
+        let sum: u32 =
+            (y0..y0 + BLOCK).flat_map(|y| (x0..x0 + BLOCK).map(move |x| (x, y))).map(|(x, y)| u32::from(p[(y * w + x) * 3 + c])).sum();
+        f64::from(sum) / (BLOCK * BLOCK) as f64
+    };
+    let blocks: Vec<(usize, usize)> = (0..h / BLOCK).flat_map(|y| (0..w / BLOCK).map(move |x| (x * BLOCK, y * BLOCK))).collect();
+    let different = blocks.iter().filter(|(x, y)| (0..3).any(|c| (mean(a, *x, *y, c) - mean(b, *x, *y, c)).abs() > 12.0)).count();
+    different as f64 / blocks.len() as f64
+}
+
+/// Compares with `scenes/pictures/viewer_NAME.png`; LUCARNE_UPDATE_SNAPSHOTS=1 writes it.
+fn snapshot(name: &str, files: &[&Path], panel: PanelKind, dark: bool) {
+    if let Err(error) = lucarne::gpu::Device::shared() {
+        assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none(), "{error}");
+        eprintln!("SKIPPED snapshot {name}: {error}");
+        return;
+    }
+    let size = [960u32, 640];
+    let mut window = Offscreen::new(size, 1.0);
+    let theme = Some(if dark { crate::args::ThemeChoice::Dark } else { crate::args::ThemeChoice::Light });
+    let files = files.iter().map(|f| f.to_path_buf()).collect();
+    let args = Args { files, panel: Some(panel), theme, hour: (panel == PanelKind::Year).then_some(1931), ..Args::default() };
+    let mut app = App::new(window.ctx(), &args, None);
+    window.settle(&mut app).unwrap();
+    let rgba = window.pixels().unwrap();
+    let path = scenes(&format!("pictures/viewer_{name}.png"));
+    if std::env::var_os("LUCARNE_UPDATE_SNAPSHOTS").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        crate::offscreen::write_png(&path, size, &rgba).unwrap();
+        return;
+    }
+    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap())).read_info().unwrap();
+    let mut wanted = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut wanted).unwrap();
+    let found: Vec<u8> = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    let share = differing(&found, &wanted, size.map(|n| n as usize));
+    if share > 0.006 {
+        let now = std::env::temp_dir().join(format!("viewer_{name}.png"));
+        crate::offscreen::write_png(&now, size, &rgba).unwrap();
+        panic!("{:.2} % of '{name}' look different now; see {}", share * 100.0, now.display());
+    }
+}
+
+#[test]
+fn every_panel_looks_as_it_did() {
+    snapshot("bsdf", &[&scenes("office/bsdf/blind.xml"), &scenes("office/bsdf/double_clear.xml")], PanelKind::Bsdf, true);
+    snapshot("year", &[results()], PanelKind::Year, false);
+    snapshot("grid", &[results()], PanelKind::Grid, true);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("spot.hdr");
+    let pixels = (0..120 * 120)
+        .map(|i| {
+            let (x, y) = (i % 120, i / 120);
+            if (50..70).contains(&x) && (40..52).contains(&y) { [60.0; 3] } else { [0.2 + x as f32 * 0.05, 2.0, 3.0] }
+        })
+        .collect();
+    let mut picture = lucarne::image::Picture::new(120, 120, pixels).unwrap();
+    picture.view = Some("-vta -vp 0 0 0 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180".into());
+    lucarne::image::hdr::write(&path, &picture).unwrap();
+    snapshot("picture", &[&path], PanelKind::Picture, false);
+}
+
+#[test]
+fn a_changed_picture_is_noticed() {
+    let (w, h) = (64, 64);
+    let white = vec![255u8; w * h * 3];
+    let mut other = white.clone();
+    for y in 8..24 {
+        other[(y * w + 8) * 3..(y * w + 24) * 3].fill(180);
+    }
+    assert_eq!(differing(&white, &white, [w, h]), 0.0);
+    assert_eq!(differing(&white, &other, [w, h]), 4.0 / 64.0);
+}
+
+/// Pictures of what no option reaches, for looking at: into the folder LUCARNE_VIEWER_GALLERY, of the
+/// result folder LUCARNE_VIEWER_RESULTS.
+#[test]
+#[ignore = "writes pictures to look at"]
+fn gallery() {
+    let folder = PathBuf::from(std::env::var_os("LUCARNE_VIEWER_GALLERY").expect("LUCARNE_VIEWER_GALLERY names a folder"));
+    let results = PathBuf::from(std::env::var_os("LUCARNE_VIEWER_RESULTS").expect("LUCARNE_VIEWER_RESULTS names a result folder"));
+    let (mut window, mut app) = open(&[&results], Some(PanelKind::Grid));
+    let write = |window: &mut Offscreen, app: &mut App, name: &str| {
+        window.settle(app).unwrap();
+        let rgba = window.pixels().unwrap();
+        crate::offscreen::write_png(&folder.join(name), [1280, 800], &rgba).unwrap();
+    };
+    window.key(&mut app, Key::Num3, Modifiers::NONE);
+    write(&mut window, &mut app, "grid_space.png");
+    window.key(&mut app, Key::Num1, Modifiers::COMMAND);
+    window.key(&mut app, Key::W, Modifiers::NONE);
+    write(&mut window, &mut app, "year_worst.png");
+    window.key(&mut app, Key::F1, Modifiers::NONE);
+    write(&mut window, &mut app, "keys.png");
+    window.key(&mut app, Key::Escape, Modifiers::NONE);
+    window.key(&mut app, Key::D, Modifiers::COMMAND);
+    app.views.year.mode = crate::picture::model::Mode::Photograph;
+    app.open(&scenes("office/bsdf/double_clear.xml"));
+    window.settle(&mut app).unwrap();
+    app.views.year.fractions[0] = 0.5;
+    write(&mut window, &mut app, "year_state.png");
+    app.open(&results.join("matrices/T_vision.mtx"));
+    write(&mut window, &mut app, "matrix.png");
+}
+
+#[test]
+fn hemispheres_are_saved_as_png_and_svg() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = crate::bsdf::model::BsdfFile::read(&scenes("office/bsdf/blind.xml")).unwrap();
+    let (png, svg) = (folder.path().join("a.png"), folder.path().join("a.svg"));
+    for path in [&png, &svg] {
+        crate::bsdf::export::write(&[&file, &file], &Default::default(), path).unwrap();
+    }
+    assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
+    let text = std::fs::read_to_string(&svg).unwrap();
+    assert!(text.contains("Transmission Front") && text.contains("blind.xml"), "titles are in the drawing");
+    assert!(crate::bsdf::export::write(&[], &Default::default(), &png).is_err());
 }

@@ -157,14 +157,33 @@ fn files_of_window_and_genbsdf_raise_no_alarm() {
 }
 
 #[test]
-fn a_file_of_bsdf2klems_raises_no_alarm() {
+fn files_that_radiances_tools_make_now_raise_no_alarm() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("device.xml");
-    std::fs::write(&path, text(&device(KlemsBasis::Quarter))).unwrap();
+    let quarter = device(KlemsBasis::Quarter);
+    std::fs::write(&path, text(&quarter)).unwrap();
+    let sound = |tool: &str, bytes: Vec<u8>| {
+        let found = faults_of_text(std::str::from_utf8(&bytes).unwrap());
+        assert!(found.is_empty(), "{tool}: {found:?}");
+    };
     let Some(mut bsdf2klems) = testing::radiance("bsdf2klems") else { return };
-    let klems = testing::output(bsdf2klems.args(["-h", "-n", "64"]).arg(&path));
-    let found = faults_of_text(std::str::from_utf8(&klems).unwrap());
-    assert!(found.is_empty(), "{found:?}");
+    sound("bsdf2klems", testing::output(bsdf2klems.args(["-h", "-n", "64"]).arg(&path)));
+    // What genBSDF ends with.
+    let mut wrap = testing::radiance("wrapBSDF").unwrap();
+    wrap.current_dir(folder.path()).args(["-a", "kq"]);
+    for (component, name) in Component::ALL.into_iter().zip(["tf", "tb", "rf", "rb"]) {
+        let m = quarter.visible.get(component).unwrap().as_klems().unwrap();
+        let rows = m.values().chunks(41).map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(" ") + "\n");
+        std::fs::write(folder.path().join(name), rows.collect::<String>()).unwrap();
+        wrap.args([&format!("-{name}"), name]);
+    }
+    sound("wrapBSDF", testing::output(&mut wrap));
+    let lobe = "lobe(ix,iy,iz,ox,oy,oz)=0.05+0.4*exp(-6*((ix+ox)^2+(iy+oy)^2))*if(iz*oz,.2,1)";
+    let trees = [["-t3", "4"], ["-t4", "3"]];
+    for [rank, log2] in trees {
+        let mut bsdf2ttree = testing::radiance("bsdf2ttree").unwrap();
+        sound("bsdf2ttree", testing::output(bsdf2ttree.args([rank, "-g", log2, "-e", lobe, "lobe"])));
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use lucarne::bins::AngleBasis;
 use lucarne::bsdf::resample::{loss, to_klems, to_tree};
-use lucarne::bsdf::{self, Block, Bsdf};
+use lucarne::bsdf::{self, Block, Bsdf, iea21};
 use lucarne::{Error, Result, Warnings};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -14,10 +14,12 @@ use std::process::ExitCode;
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  lucarne bsdf convert film.xml --to t4:5 -o film_t4.xml          # tensor tree, 2^5 cells per side\n  \
-    lucarne bsdf convert film_t4.xml --to klems:full -o film.xml\n  lucarne bsdf convert film.xml --to t3:5 -o film_t3.xml          # isotropic"
+    lucarne bsdf convert film_t4.xml --to klems:full -o film.xml\n  lucarne bsdf convert film.xml --to t3:5 -o film_t3.xml          # isotropic\n  \
+    lucarne bsdf convert measured/ --to klems:full -o prism.xml     # a folder of IEA 21 files"
 )]
 pub struct Args {
-    /// XML file.
+    /// XML file; or transmission measured in the format of IEA Task 21 (Tregenza in, 5°×5° out), a file or
+    /// a folder of files.
     file: PathBuf,
     /// klems:full, klems:half, klems:quarter, t4:N or t3:N (tensor tree of 2^N cells per side).
     #[arg(long)]
@@ -47,8 +49,9 @@ fn target(text: &str) -> Result<Target> {
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let target = target(&args.to)?;
-    let source = bsdf::read(&args.file, warnings)?;
+    let source = if iea21::is_iea21(&args.file) { iea21::read(&args.file)? } else { bsdf::read(&args.file, warnings)? };
     let mut converted: Bsdf = source.clone();
+    let mut report = String::new();
     for (band, blocks) in source.bands() {
         for (component, block) in blocks.iter() {
             let new = match &target {
@@ -56,8 +59,8 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
                 Target::Tree { rank, log2 } => Block::Tree(to_tree(block, *rank, *log2, args.join)?),
             };
             let cost = loss(block, &new);
-            eprintln!(
-                "{band} {}: hemispherical {:.5} ({:+.1e}), peak × {:.3}, RMS change {:.3}/sr of {:.3}/sr",
+            report += &format!(
+                "{band} {}: hemispherical {:.5} ({:+.1e}), peak × {:.3}, RMS change {:.3}/sr of {:.3}/sr\n",
                 component.xml_name(),
                 new.hemispherical(),
                 cost.hemispherical,
@@ -71,5 +74,6 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
         }
     }
     bsdf::write(args.output.as_deref(), &converted, &super::made_by())?;
+    eprint!("{report}");
     Ok(ExitCode::SUCCESS)
 }

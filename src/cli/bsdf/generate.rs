@@ -1,24 +1,25 @@
 //! `lucarne bsdf generate`: the BSDF of a shade from its geometry (as genBSDF).
 
+mod parametric;
+mod store;
+
 use super::made_by;
 use crate::cli::progress::Terminal;
 use lucarne::bins::{AngleBasis, KlemsBasis};
-use lucarne::bsdf::blinds::Venetian;
 use lucarne::bsdf::screen::{Openings, Screen};
 use lucarne::bsdf::{self, Blocks, Bsdf, Component, Geometry};
-use lucarne::files;
 use lucarne::gpu::Device;
 use lucarne::kernels::bsdf_generation::{Directions, GenerationOptions, GenerationStatistics, Method, Sample, Table, generate, mgf};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
-use lucarne::progress::Progress;
-use lucarne::scene::rad::read_scene;
-use lucarne::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle};
+use lucarne::scene::gltf::{Options as GltfOptions, UpAxis};
+use lucarne::scene::read_scene_with;
 use lucarne::{Error, Result, Warnings};
-use std::collections::BTreeMap;
+use parametric::{Parameters, required, unit, venetian};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use store::Store;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -28,7 +29,7 @@ Examples:
   lucarne bsdf generate --perforated diameter=2mm,spacing=4mm,thickness=0.5mm,reflectance=0.6 -o holes.xml
   lucarne bsdf generate --woven diameter=0.5mm,spacing=1mm,reflectance=0.6 -o woven.xml
 
-Position: +Z into the room, +Y up, the device behind z = 0. Front is the outside (WINDOW).
+Position: +Z into the room, +Y up, the device behind z = 0 (glTF: the same). Front is the outside (WINDOW).
 Unlike genBSDF, both directions are made unless -f or -b leaves one out, diffuse reflections are not
 truncated without -ab, and geometry is embedded only with --geometry.";
 
@@ -36,12 +37,13 @@ truncated without -ab, and geometry is embedded only with --geometry.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Radiance files of the device, materials first (+f, -f, +b, -b as in genBSDF)
+    /// Files of the device: Radiance, materials first, or glTF in its own axes (+f, -f, +b, -b as in genBSDF)
     #[arg(value_name = "DEVICE.rad")]
     files: Vec<PathBuf>,
 
     /// Horizontal slats instead: width, spacing, angle (degrees; positive: ground seen from the room),
-    /// reflectance; also rise or curvature (radius), thickness, transmittance, specularity, roughness
+    /// reflectance; also rise or curvature (radius), thickness, transmittance, specularity, roughness, and
+    /// solar_reflectance, solar_transmittance, which give the file solar data too
     #[arg(long, value_name = "KEY=VALUE,...", conflicts_with = "files")]
     venetian: Option<String>,
 
@@ -169,30 +171,60 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let metres = unit(&args.unit)?;
     let device = Device::open(args.device.as_deref())?;
     let terminal = Terminal::new();
-    let store = Store::new(args, directions, &options, &sample);
+    let start = Instant::now();
+    let mut traced = vec![trace(args, &device, directions, &options, &sample, "", &terminal, warnings)?];
+    if let Some(solar) = args.solar_sample(warnings)? {
+        traced.push(trace(args, &device, directions, &options, &solar, ".solar", &terminal, warnings)?);
+    }
+    terminal.finish();
+    let (table, solar) = (&traced[0].table, traced.get(1).map(|t| &t.table));
+    let bsdf = args.bsdf(&sample, [Some(table), solar], [no_front, no_back], metres);
+    let command = made_by();
+    bsdf::write(args.output.as_deref(), &bsdf, &command)?;
+    if let Some(path) = &args.standard_error {
+        write_errors(path, table, &command)?;
+    }
+    traced.iter().for_each(|t| t.store.remove());
+    report(table, &traced[0].statistics, start.elapsed(), &bsdf.visible);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A finished table, and where its batches were kept.
+struct Traced {
+    table: Table,
+    statistics: GenerationStatistics,
+    store: Store,
+}
+
+#[allow(clippy::too_many_arguments, reason = "what the two bands share")]
+fn trace(
+    args: &Args,
+    device: &Device,
+    directions: Directions,
+    options: &GenerationOptions,
+    sample: &Sample,
+    suffix: &str,
+    terminal: &Terminal,
+    warnings: &mut Warnings,
+) -> Result<Traced> {
+    let store = Store::new(args, directions, options, sample, suffix);
     let mut table = store.load(directions, warnings);
     if table.batches() > 0 {
         eprintln!("going on after {} of {} batches", table.batches(), options.batches);
     }
-    let start = Instant::now();
-    let mut kept = start;
-    let statistics = generate(&device, &sample, &mut table, &options, &terminal, warnings, &mut |table| {
-        if kept.elapsed() > KEEP_EVERY || terminal.stop_requested() {
+    let mut kept = Instant::now();
+    let found = generate(device, sample, &mut table, options, terminal, warnings, &mut |table| {
+        if kept.elapsed() > KEEP_EVERY {
             kept = Instant::now();
             store.save(table)?;
         }
         Ok(())
-    })?;
-    terminal.finish();
-    let bsdf = args.bsdf(&sample, &table, [no_front, no_back], metres);
-    let command = made_by();
-    bsdf::write(args.output.as_deref(), &bsdf, &command)?;
-    if let Some(path) = &args.standard_error {
-        write_errors(path, &table, &command)?;
+    });
+    // Whatever ended it, finished batches need not be traced again.
+    if found.is_err() && table.batches() > 0 {
+        store.save(&table)?;
     }
-    store.remove();
-    report(&table, &statistics, start.elapsed(), &bsdf.visible);
-    Ok(ExitCode::SUCCESS)
+    Ok(Traced { table, statistics: found?, store })
 }
 
 impl Args {
@@ -254,7 +286,7 @@ impl Args {
             if self.dim.is_some() || self.periodic.is_some() {
                 return Err(Error::new("slats made by --venetian have their own box, which repeats").help("leave out -dim and --periodic"));
             }
-            return venetian(text, warnings).map_err(|e| e.field("--venetian"));
+            return venetian(text, false, warnings).map_err(|e| e.field("--venetian"));
         }
         if files.is_empty() {
             return Err(Error::new("there is no device").help("name its Radiance files, or give --venetian"));
@@ -266,9 +298,22 @@ impl Args {
             Some("xy" | "yx") => [true, true],
             Some(other) => return Err(Error::new(format!("'{other}' names no axes")).field("--periodic").help("choose x, y or xy")),
         };
-        let scene = read_scene(files, Path::new("."), warnings)?;
+        // glTF's own axes are those of a device: +Y up, +Z towards who looks at it.
+        let axes = GltfOptions { up: UpAxis::Z, scale: 1.0 };
+        let scene = read_scene_with(files, Path::new("."), &axes, warnings)?;
         let dim = self.dim.as_deref().and_then(|d| <[f64; 6]>::try_from(d).ok());
         Sample::new(scene, dim, repeats, warnings)
+    }
+
+    /// The slats of `--venetian` as the sun sees them, if that is said.
+    fn solar_sample(&self, warnings: &mut Warnings) -> Result<Option<Sample>> {
+        match self.venetian.as_deref().filter(|text| text.contains("solar_")) {
+            Some(_) if self.solar => Err(Error::new("the slats have solar values of their own")
+                .field("--solar")
+                .help("leave out --solar, or the solar_… values")),
+            Some(text) => venetian(text, true, warnings).map(Some).map_err(|e| e.field("--venetian")),
+            None => Ok(None),
+        }
     }
 
     /// The screen of `--perforated` or `--woven`, and its thickness in metres.
@@ -333,7 +378,7 @@ impl Args {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn bsdf(&self, sample: &Sample, table: &Table, leave_out: [bool; 2], metres: f64) -> Bsdf {
+    fn bsdf(&self, sample: &Sample, tables: [Option<&Table>; 2], leave_out: [bool; 2], metres: f64) -> Bsdf {
         let scale = if self.venetian.is_some() { 1.0 } else { metres };
         let stem = self.files.last().or(self.output.as_ref()).and_then(|p| p.file_stem()).map(|s| s.to_string_lossy().to_string());
         let name = self.name.clone().or(if self.venetian.is_some() { Some("venetian blind".into()) } else { stem });
@@ -348,8 +393,10 @@ impl Args {
             ..Bsdf::default()
         };
         let wanted = |c: &Component| !leave_out[usize::from(!c.is_front())];
-        for component in Component::ALL.into_iter().filter(wanted) {
-            *bsdf.visible.slot(component) = Some(table.block(component, self.cull));
+        for (blocks, table) in [&mut bsdf.visible, &mut bsdf.solar].into_iter().zip(tables) {
+            for component in Component::ALL.into_iter().filter(wanted) {
+                *blocks.slot(component) = table.map(|t| t.block(component, self.cull));
+            }
         }
         if self.solar {
             bsdf.solar = bsdf.visible.clone();
@@ -358,193 +405,6 @@ impl Args {
             bsdf.geometry = Some(Geometry { format: "MGF".into(), unit: "meter".into(), text: mgf::text(&sample.scene, scale) });
         }
         bsdf
-    }
-}
-
-/// Metres per unit.
-fn unit(name: &str) -> Result<f64> {
-    Ok(match name.to_ascii_lowercase().as_str() {
-        "m" | "meter" | "metre" => 1.0,
-        "cm" | "centimeter" => 0.01,
-        "mm" | "millimeter" => 0.001,
-        "in" | "inch" => 0.0254,
-        "ft" | "foot" | "feet" => 0.3048,
-        other => return Err(Error::new(format!("'{other}' is no unit of length")).help("choose m, cm, mm, in or ft")),
-    })
-}
-
-/// `key=value,…` of a parametric shade.
-struct Parameters(BTreeMap<String, String>);
-
-impl Parameters {
-    fn parse(text: &str, known: &[&str]) -> Result<Self> {
-        let mut found = BTreeMap::new();
-        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let (key, value) = part.split_once('=').ok_or_else(|| Error::new(format!("'{part}' is not key=value")))?;
-            let (key, value) = (key.trim(), value.trim());
-            if !known.contains(&key) {
-                return Err(Error::new(format!("'{key}' is unknown")).help(format!("known are {}", known.join(", "))));
-            }
-            if found.insert(key.to_string(), value.to_string()).is_some() {
-                return Err(Error::new(format!("'{key}' is given twice")));
-            }
-        }
-        Ok(Self(found))
-    }
-
-    fn number(&self, key: &str) -> Result<Option<f64>> {
-        let fault = |v: &str| Error::new(format!("{key}={v} is not a number"));
-        self.0.get(key).map(|v| v.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| fault(v))).transpose()
-    }
-
-    fn share(&self, key: &str) -> Result<Option<f64>> {
-        let found = self.number(key)?;
-        match found.filter(|v| !(0.0..=1.0).contains(v)) {
-            Some(v) => Err(Error::new(format!("{key}={v} is not between 0 and 1"))),
-            None => Ok(found),
-        }
-    }
-
-    /// A length with its unit, in metres.
-    fn length(&self, key: &str) -> Result<Option<f64>> {
-        let Some(value) = self.0.get(key) else { return Ok(None) };
-        let letters = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-        let (number, name) = (letters.trim(), value[letters.len()..].trim());
-        let number: f64 =
-            number.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
-                Error::new(format!("{key}={value} is not a length")).help("give a number with its unit, for instance 25mm")
-            })?;
-        if name.is_empty() && number != 0.0 {
-            return Err(Error::new(format!("{key}={value} has no unit")).help(format!("for instance {key}={value}mm")));
-        }
-        Ok(Some(number * if name.is_empty() { 1.0 } else { unit(name).map_err(|e| e.field(key))? }))
-    }
-}
-
-fn required<T>(value: Option<T>, key: &str) -> Result<T> {
-    value.ok_or_else(|| Error::new(format!("{key} is missing")).help("for instance width=25mm,spacing=20mm,angle=20,reflectance=0.5"))
-}
-
-fn venetian(text: &str, warnings: &mut Warnings) -> Result<Sample> {
-    let known = ["width", "spacing", "angle", "rise", "curvature", "thickness", "reflectance", "transmittance", "specularity", "roughness"];
-    let given = Parameters::parse(text, &known)?;
-    let width = required(given.length("width")?, "width")?;
-    let rise = match (given.length("rise")?, given.length("curvature")?) {
-        (Some(_), Some(_)) => return Err(Error::new("rise and curvature say the same").help("give one of them")),
-        (Some(rise), None) => rise,
-        // WINDOW's curvature is a radius, 0 for flat slats.
-        (None, Some(radius)) if radius != 0.0 => {
-            if radius.abs() < width / 2.0 {
-                return Err(Error::new(format!("a radius of {radius} m is less than half the slat's width")).field("curvature"));
-            }
-            radius.signum() * (radius.abs() - (radius * radius - width * width / 4.0).sqrt())
-        }
-        _ => 0.0,
-    };
-    let blind = Venetian {
-        width,
-        spacing: required(given.length("spacing")?, "spacing")?,
-        angle: given.number("angle")?.unwrap_or(0.0),
-        rise,
-        thickness: given.length("thickness")?.unwrap_or(0.0),
-    };
-    let reflectance = required(given.share("reflectance")?, "reflectance")?;
-    let transmittance = given.share("transmittance")?.unwrap_or(0.0);
-    let specularity = given.share("specularity")?.unwrap_or(0.0);
-    let roughness = given.share("roughness")?.unwrap_or(0.0);
-    let kind = slat_material(reflectance, transmittance, specularity, roughness)?;
-    if transmittance > 0.0 && blind.thickness > 0.0 {
-        return Err(Error::new("translucent slats are sheets: light passes their one surface")
-            .field("thickness")
-            .help("leave out the thickness"));
-    }
-    let period = blind.period()?;
-    let scene = Scene {
-        triangles: period.triangles.iter().map(|&vertices| Triangle { vertices, material: MaterialIndex(0), surface: 0 }).collect(),
-        materials: vec![Material { name: "slat".into(), kind }],
-        surfaces: vec![SurfaceOrigin { name: "slat".into(), file: "--venetian".into(), line: 0 }],
-        sources: Vec::new(),
-    };
-    let (low, high) = (period.low, period.high);
-    Sample::new(scene, Some([low.x, high.x, low.y, high.y, low.z, high.z]), [true, true], warnings)
-}
-
-/// A material of this reflectance in total, of which `specularity` is specular, and this diffuse
-/// transmittance.
-fn slat_material(reflectance: f64, transmittance: f64, specularity: f64, roughness: f64) -> Result<MaterialKind> {
-    if reflectance + transmittance > 1.0 {
-        return Err(Error::new(format!("reflectance {reflectance} and transmittance {transmittance} together exceed 1")));
-    }
-    if transmittance == 0.0 {
-        // Coloured by the reflectance in both parts.
-        let color = [reflectance; 3];
-        return Ok(if specularity > 0.0 {
-            MaterialKind::Metal { color, specularity, roughness }
-        } else {
-            MaterialKind::Plastic { color, specularity: 0.0, roughness: 0.0 }
-        });
-    }
-    let specular = reflectance * specularity;
-    let diffuse = reflectance + transmittance - specular;
-    let color = [if specular < 1.0 { diffuse / (1.0 - specular) } else { 0.0 }; 3];
-    Ok(MaterialKind::Trans {
-        color,
-        specularity: specular,
-        roughness,
-        transmissivity: transmittance / diffuse.max(1e-12),
-        transmitted_specularity: 0.0,
-    })
-}
-
-/// The sums of an interrupted run, beside the output.
-struct Store {
-    path: Option<PathBuf>,
-    inputs: String,
-}
-
-impl Store {
-    fn new(args: &Args, directions: Directions, options: &GenerationOptions, sample: &Sample) -> Self {
-        let path = args.output.as_ref().filter(|p| *p != Path::new("-")).map(|p| {
-            let mut name = p.file_name().unwrap_or_default().to_os_string();
-            name.push(".resume");
-            p.with_file_name(name)
-        });
-        let mut inputs = lucarne::simulate::Fingerprint::new("BSDF");
-        inputs
-            .add(&(directions, options))
-            .add(&(sample.low, sample.high, sample.repeats))
-            .add(&sample.scene.triangles)
-            .add(&sample.scene.materials);
-        Self { path, inputs: inputs.to_string() }
-    }
-
-    /// The table of an earlier run with the same inputs, or an empty one.
-    fn load(&self, directions: Directions, warnings: &mut Warnings) -> Table {
-        let new = || Table::new(directions);
-        let Some(path) = self.path.as_deref().filter(|p| p.exists()) else { return new() };
-        let stale = |why: &str| Error::new(format!("{why}; starting anew")).file(path);
-        let found = files::read(path).ok().and_then(|bytes| {
-            let (inputs, rest) = bytes.split_at_checked(self.inputs.len())?;
-            if inputs != self.inputs.as_bytes() { None } else { Table::from_bytes(directions, rest).ok() }
-        });
-        found.unwrap_or_else(|| {
-            warnings.push(stale("these sums of an interrupted run belong to other inputs"));
-            new()
-        })
-    }
-
-    fn save(&self, table: &Table) -> Result<()> {
-        let Some(path) = &self.path else { return Ok(()) };
-        files::write_atomically(path, |out| {
-            out.write_all(self.inputs.as_bytes()).and_then(|()| out.write_all(&table.to_bytes())).map_err(|e| Error::io(path, &e))
-        })
-    }
-
-    fn remove(&self) {
-        if let Some(path) = &self.path {
-            // Nothing is lost if it stays: its inputs are checked.
-            let _ = std::fs::remove_file(path);
-        }
     }
 }
 

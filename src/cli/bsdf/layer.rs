@@ -1,19 +1,25 @@
 //! `lucarne bsdf layer`.
 
 use lucarne::bsdf::glass::Pane;
-use lucarne::bsdf::layer::{combine, flipped, length};
-use lucarne::bsdf::{self, Bsdf, Component};
+use lucarne::bsdf::layer::{Layer, combine, length};
+use lucarne::bsdf::{self, Component};
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Combines glass and BSDF layers into a window system (what WINDOW does), Visible and Solar.
 ///
-/// Layers are named from the OUTSIDE to the INSIDE: XML files, `glass:NAME`, `glass:tvis=…,…`,
-/// and gaps (`gap=16mm`), which only add to the thickness. `flip:LAYER` turns a layer around.
-/// Front means WINDOW's front in all of them: the outside. (Radiance calls the room side front.)
+/// Layers are named from the OUTSIDE to the INSIDE: XML files; glass by name (`glass:clear_3mm`,
+/// `glass:clear_6mm`), from spectral data (`glass:FILE`: text of Optics, JSON of the IGSDB) or from values
+/// at normal incidence (`glass:tvis=…,rvis=…,tsol=…,rsol=…`, `coated` for low-e); and gaps (`gap=16mm`),
+/// which only add to the thickness. `flip:LAYER` turns a layer around. A window's tilt changes its heat
+/// transfer, not these values.
+///
+/// Calculated wavelength by wavelength: Visible with D65 and the eye (ASTM E308), Solar with ASTM E891
+/// (NFRC 300). Front means WINDOW's front in all of them: the outside. (Radiance calls the room side front.)
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  lucarne bsdf layer outside.xml gap=16mm glass:clear_6mm -o system.xml\n  \
+    lucarne bsdf layer glass:clear_float.dat gap=16mm flip:glass:low_e.dat gap=50mm blind.xml -o system.xml\n  \
     lucarne bsdf layer glass:tvis=.78,rvis=.12,tsol=.42,rsol=.35,coated gap=16mm glass:clear_6mm gap=50mm flip:blind.xml -o system.xml")]
 pub struct Args {
     /// Layers and gaps from outside to inside.
@@ -29,7 +35,7 @@ pub struct Args {
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let basis = super::klems_basis(&args.basis)?;
-    let mut layers: Vec<Bsdf> = Vec::new();
+    let mut layers: Vec<Layer> = Vec::new();
     let mut thickness = Some(0.0);
     let mut add = |t: Option<f64>| thickness = thickness.zip(t).map(|(a, b): (f64, f64)| a + b);
     for word in &args.layers {
@@ -38,15 +44,12 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
             continue;
         }
         let (plain, turn) = word.strip_prefix("flip:").map_or((word.as_str(), false), |w| (w, true));
-        let layer = if let Some(glass) = plain.strip_prefix("glass:") {
-            let pane = Pane::parse(glass)?;
-            let [visible, solar] = pane.to_blocks(&basis);
-            Bsdf { name: format!("glass {glass}"), thickness: Some(pane.thickness), visible, solar, ..Bsdf::default() }
-        } else {
-            bsdf::read(Path::new(plain), warnings)?
+        let layer: Layer = match plain.strip_prefix("glass:") {
+            Some(glass) => Pane::parse(glass)?.into(),
+            None => bsdf::read(Path::new(plain), warnings)?.into(),
         };
-        add(layer.thickness);
-        layers.push(if turn { flipped(&layer).map_err(|e| e.field(word.clone()))? } else { layer });
+        add(layer.thickness());
+        layers.push(if turn { layer.flipped().map_err(|e| e.field(word.clone()))? } else { layer });
     }
     if layers.is_empty() {
         return Err(Error::new("there are only gaps").help("name at least one layer"));

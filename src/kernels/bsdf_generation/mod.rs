@@ -230,7 +230,28 @@ pub fn generate(
     }
     progress.update("BSDF", 1.0);
     explain(&job, table, &statistics, warnings);
+    explain_edges(sample, warnings);
     Ok(statistics)
+}
+
+/// Depth of a box over its smaller side from which its sides spoil the result: light that leaves there
+/// counts with the hemisphere of its direction.
+const DEEP: f64 = 0.1;
+
+/// Warns of a sample that is small for its depth.
+fn explain_edges(sample: &Sample, warnings: &mut Warnings) {
+    let size = sample.high - sample.low;
+    let side = (0..2).filter(|axis| !sample.repeats[*axis]).map(|axis| size[axis]).fold(f64::INFINITY, f64::min);
+    if size.z > DEEP * side {
+        warnings.push(
+            Error::new(format!(
+                "the box is {:.0} % as deep as it is wide or high: much light leaves over its sides",
+                100.0 * size.z / side
+            ))
+            .field("geometry")
+            .help("give a larger sample, or one period of an endless one with --periodic; otherwise the result is not reciprocal"),
+        );
+    }
 }
 
 /// Warns of what is probably not meant.

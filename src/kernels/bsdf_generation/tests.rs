@@ -315,6 +315,16 @@ fn misplaced_geometry_is_explained() {
     };
     assert!(warned(plate(0.0), [0.0, 1.0, 0.0, 1.0, 0.0, 0.0]).contains("no opening"));
     assert!(warned(plate(-3.0), [0.0, 1.0, 0.0, 1.0, -3.0, 0.0]).contains("far behind"));
+    // A sheet askew in a box as deep as it is high.
+    let mut askew = Builder::default();
+    let grey = askew.grey(0.5);
+    askew.quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, -0.5], [0.0, 1.0, -0.5]], grey);
+    let small = Sample::new(askew.scene, None, [false; 2], &mut Warnings::new()).unwrap();
+    let mut warnings = Warnings::new();
+    explain_edges(&small, &mut warnings);
+    explain_edges(&Sample { repeats: [true; 2], ..small }, &mut warnings);
+    assert_eq!(warnings.iter().count(), 1);
+    assert!(warnings.iter().all(|w| w.to_string().contains("50 % as deep")));
     // Mirrors that turn their backs to the light.
     let mut b = Builder::default();
     let mirror = b.material(MaterialKind::Mirror { color: [0.9; 3] });

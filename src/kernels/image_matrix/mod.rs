@@ -69,6 +69,13 @@ gpu_struct! {
     }
 }
 
+impl PixelRay {
+    /// A ray of some length (0: none) from pixel number `number`.
+    pub(crate) fn new(origin: [f32; 3], length: f32, direction: [f32; 3], number: u32) -> Self {
+        Self { origin, length, direction, number }
+    }
+}
+
 /// How much to sample. Every number is per pixel or bin *and batch*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageOptions {
@@ -97,6 +104,8 @@ pub struct ImageOptions {
     pub jitter: f64,
     /// Same seed, same device: same bits.
     pub seed: u32,
+    /// Whether the straight part is kept too (Vd).
+    pub straight: bool,
     /// Device memory to use, bytes.
     pub memory: u64,
 }
@@ -116,6 +125,7 @@ impl Default for ImageOptions {
             roulette_weight: 0.05,
             jitter: 1.0,
             seed: 1,
+            straight: false,
             memory: 1 << 30,
         }
     }
@@ -155,6 +165,9 @@ pub struct PixelRows {
     pub direct_view: Vec<f32>,
     /// The independent estimates that `values` is the mean of: `[pixel][batch][bin][rgb]`.
     pub batches: Vec<f32>,
+    /// The part of `values` that comes straight from the windows: they themselves, and surfaces that
+    /// they light directly; never larger. Empty unless asked for.
+    pub straight: Vec<f32>,
 }
 
 /// Computes the view matrix of a picture and hands it over tile by tile, in order of the pixels, so
@@ -248,6 +261,7 @@ impl<'d> ImageTracer<'d> {
             standard_error: vec![0.0; count * bins * 3],
             direct_view: vec![0.0; count * bins * 3],
             batches: vec![0.0; self.options.batches as usize * count * bins * 3],
+            straight: if self.options.straight { vec![0.0; count * bins * 3] } else { Vec::new() },
         };
         if inside.is_empty() {
             return Ok(rows);
@@ -289,6 +303,16 @@ impl<'d> ImageTracer<'d> {
                     *error = ((squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0)).sqrt() as f32;
                 }
             });
+        let (values, direct, straight) = (&rows.values, &rows.direct_view, &mut rows.straight);
+        straight.par_chunks_mut(row_len).enumerate().for_each(|(pixel, row)| {
+            let Ok(at) = inside.binary_search(&(first + pixel)) else { return };
+            for (i, value) in row.iter_mut().enumerate() {
+                let (bin, c) = (i / 3, i % 3);
+                let lit: f64 = (0..batches).map(|b| f64::from(tile.straight[((bin * batches + b) * inside.len() + at) * 3 + c])).sum();
+                let place = pixel * row_len + i;
+                *value = ((lit / batches as f64) as f32 + direct[place]).min(values[place]);
+            }
+        });
         Ok(rows)
     }
 
@@ -343,6 +367,7 @@ impl<'d> ImageTracer<'d> {
             self.run(&self.direct, &own, [groups, o.batches, 1], (pixels * batches) as u64, statistics)?;
             statistics.segments += pixels as u64 * u64::from(o.batches) * u64::from(o.window_samples.div_ceil(o.traced_every));
         }
+        let straight = if o.straight { device.read_finite(&sums)? } else { Vec::new() };
         let reflected = o.bounces.is_none_or(|b| b > 1);
         if reflected || (reached && self.tables.features.specular) {
             let near_options = NearOptions {
@@ -362,7 +387,7 @@ impl<'d> ImageTracer<'d> {
                 self.reflected(round, &params, (&receivers, &weights), (&shares, &sums), statistics)?;
             }
         }
-        Ok(TracedTile { sums: device.read_finite(&sums)?, seen: device.read(&seen)?, weights: device.read(&weights)?, near })
+        Ok(TracedTile { straight, sums: device.read_finite(&sums)?, seen: device.read(&seen)?, weights: device.read(&weights)?, near })
     }
 
     /// Lights per bin that one dispatch of `pixel_gather` can connect: a limit on its loops, which some
@@ -457,6 +482,8 @@ impl<'d> ImageTracer<'d> {
 }
 
 struct TracedTile {
+    /// As `sums`, straight from the windows only; empty unless asked for.
+    straight: Vec<f32>,
     /// `[bin][batch][pixel][rgb]`
     sums: Vec<f32>,
     /// `[pixel][group of subpixels][bin][rgb]`, fixed point.

@@ -8,7 +8,8 @@ use std::f64::consts::PI;
 
 fn picture(device: &Device, raster: &Raster, options: &ImageOptions) -> PixelRows {
     let (scene, window) = asymmetric();
-    let mut all = PixelRows { first: 0, pixels: 0, values: vec![], standard_error: vec![], direct_view: vec![], batches: vec![] };
+    let mut all =
+        PixelRows { first: 0, pixels: 0, values: vec![], standard_error: vec![], direct_view: vec![], batches: vec![], straight: vec![] };
     compute(device, &scene, &[window], raster, options, &Silent, &mut |rows| {
         assert_eq!(rows.first, all.pixels, "tiles come in order");
         all.pixels += rows.pixels;

@@ -122,6 +122,17 @@ impl Normalization {
         Self { origin: (low + high) / 2.0, scale: 1.0 / (area / windows.len().max(1) as f64).sqrt().max(1e-12) }
     }
 
+    /// The normalisation for a scene without windows that is looked at from these points.
+    pub fn around(points: &[DVec3]) -> Self {
+        let low = points.iter().fold(DVec3::INFINITY, |a, &b| a.min(b));
+        let high = points.iter().fold(DVec3::NEG_INFINITY, |a, &b| a.max(b));
+        if points.is_empty() {
+            return Self { origin: DVec3::ZERO, scale: 1.0 };
+        }
+        // Half the diagonal: a room is about as large as the grid of its sensors, a unit at least.
+        Self { origin: (low + high) / 2.0, scale: 1.0 / ((high - low).length() / 2.0).max(1.0) }
+    }
+
     /// A point in the tracer's coordinates.
     pub fn point(&self, p: DVec3) -> Vec3 {
         ((p - self.origin) * self.scale).as_vec3()
@@ -186,7 +197,25 @@ impl TraceTables {
                     .help("its polygon is degenerate or not finite"));
             }
         }
-        let normalization = Normalization::of(windows);
+        let mut tables = Self::of_scene(scene, Normalization::of(windows));
+        for window in windows {
+            tables.push_window(window, surfaces);
+        }
+        Ok(tables.finished())
+    }
+
+    /// Tables of a scene whose openings are wherever its geometry leaves them. Digits are kept near
+    /// the points `around`; shaders must not ask for windows.
+    pub fn without_windows(scene: &Scene, around: &[DVec3]) -> Self {
+        let mut tables = Self::of_scene(scene, Normalization::around(around));
+        // Tables of length 0 cannot be bound.
+        tables.windows.push(bytemuck::Zeroable::zeroed());
+        tables.rings.push(bytemuck::Zeroable::zeroed());
+        tables.window_triangles.push([0.0; 4]);
+        tables.finished()
+    }
+
+    fn of_scene(scene: &Scene, normalization: Normalization) -> Self {
         let mut tables = Self {
             normalization,
             triangles: Vec::with_capacity(scene.triangles.len()),
@@ -202,18 +231,19 @@ impl TraceTables {
                 tables.push_triangle(triangle.vertices, triangle.material.0);
             }
         }
-        for window in windows {
-            tables.push_window(window, surfaces);
-        }
-        if tables.triangles.is_empty() {
+        tables
+    }
+
+    fn finished(mut self) -> Self {
+        if self.triangles.is_empty() {
             // A scene without surfaces: something far behind every ray keeps the BVH well formed.
-            tables.materials.push(absorber(0));
+            self.materials.push(absorber(0));
             let far = Vec3::new(0.0, 0.0, -1e6);
-            tables.triangles.push([far, far + Vec3::X * 1e-3, far + Vec3::Y * 1e-3]);
-            tables.triangle_materials.push(tables.materials.len() as u32 - 1);
+            self.triangles.push([far, far + Vec3::X * 1e-3, far + Vec3::Y * 1e-3]);
+            self.triangle_materials.push(self.materials.len() as u32 - 1);
         }
-        tables.features = tables.find_features();
-        Ok(tables)
+        self.features = self.find_features();
+        self
     }
 
     /// Bins of all windows.
@@ -403,7 +433,7 @@ pub struct TraceStatistics {
 pub struct TracedMatrix {
     /// The matrix.
     pub total: Matrix<f32>,
-    /// Only what arrives without diffuse reflection (Vd, Dd); never larger than `total`.
+    /// Only what arrives straight, through openings and panes (Vd, Dd); never larger than `total`.
     pub direct: Matrix<f32>,
     /// Standard error of each entry of `total`.
     pub standard_error: Matrix<f32>,

@@ -1,9 +1,12 @@
 //! The BSDF panel.
 
 pub mod disc;
-mod export;
+pub mod export;
 mod lobe;
 pub mod model;
+mod paint;
 mod panel;
+mod side;
 
-pub use panel::{BsdfPanel, palette_choice};
+pub use paint::palette_choice;
+pub use panel::BsdfPanel;

@@ -1,39 +1,38 @@
 //! Painting the BSDF panel and taking its clicks.
 
-use super::disc::{Disc, Projection, direction, disc_image, full_circle, limits, middle};
-use super::export;
+use super::disc::{Disc, Projection, direction, disc_image, limits};
 use super::lobe::Lobe;
-use super::model::{Band, BsdfFile, Compare, Integrals, Readout, View, angles_text, largest, plain_words};
+use super::model::{BsdfFile, Compare, Integrals, Readout, View, angles_text, largest};
+use super::paint::{image, marker, patches, pixels, rim, rings, title};
 use crate::app::Outbox;
 use crate::job::Derived;
 use crate::plot::{self, Axes, color32, empty_state};
 use crate::scale::{BAR_WIDTH, ColorBar, draggable_bar};
 use crate::texture::CachedTexture;
-use eframe::egui::{self, Align2, Color32, FontId, Key, Rect, RichText, Sense, Stroke, pos2, vec2};
+use eframe::egui::{self, Align2, Color32, FontId, Key, Rect, Sense, Stroke, pos2, vec2};
 use glam::DVec3;
-use lucarne::bins::AngleBasis;
-use lucarne::bsdf::check::{Finding, Verdict};
+use lucarne::bsdf::check::Finding;
 use lucarne::bsdf::{Block, Component};
-use lucarne::image::palette::{Palette, Scale, short_number};
+use lucarne::image::palette::{Scale, short_number};
 use std::sync::Arc;
 
 /// What belongs to one file.
 #[derive(Default)]
-struct Slot {
-    integrals: Derived<String, Option<Integrals>>,
-    findings: Derived<u64, Vec<Finding>>,
-    incident: CachedTexture,
-    outgoing: CachedTexture,
-    lobe: Lobe,
+pub struct Slot {
+    pub(super) integrals: Derived<String, Option<Integrals>>,
+    pub(super) findings: Derived<u64, Vec<Finding>>,
+    pub(super) incident: CachedTexture,
+    pub(super) outgoing: CachedTexture,
+    pub(super) lobe: Lobe,
 }
 
 /// The panel with its files (one, or two that are compared).
 #[derive(Default)]
 pub struct BsdfPanel {
-    files: Vec<Arc<BsdfFile>>,
-    slots: [Slot; 2],
-    difference: CachedTexture,
-    readout: String,
+    pub(super) files: Vec<Arc<BsdfFile>>,
+    pub(super) slots: [Slot; 2],
+    pub(super) difference: CachedTexture,
+    pub(super) readout: String,
 }
 
 impl BsdfPanel {
@@ -124,118 +123,8 @@ impl BsdfPanel {
         }
     }
 
-    fn side(&mut self, ui: &mut egui::Ui, view: &mut View, out: &mut Outbox) {
-        let file = self.files[0].clone();
-        ui.add_space(4.0);
-        for (i, f) in self.files.iter().enumerate() {
-            ui.horizontal(|ui| {
-                if self.files.len() == 2 {
-                    ui.colored_label(plot::line_color(ui, i), ["A", "B"][i]);
-                }
-                ui.strong(f.name()).on_hover_text(format!("{}\n{}", f.path.display(), f.bsdf.name));
-            });
-        }
-        if self.files.len() == 1 {
-            ui.weak("Drop a second file here to compare.");
-        } else {
-            ui.horizontal(|ui| {
-                ui.selectable_value(&mut view.compare, Compare::SideBySide, "Side by side");
-                ui.selectable_value(&mut view.compare, Compare::Difference, "Difference B − A").on_hover_text("Key D");
-            });
-            if ui.button("Close B").clicked() {
-                self.files.truncate(1);
-            }
-        }
-        heading(ui, "Component");
-        let both = !file.bsdf.visible.is_empty() && !file.bsdf.solar.is_empty();
-        if both {
-            ui.horizontal(|ui| {
-                ui.selectable_value(&mut view.band, Band::Visible, "Visible");
-                ui.selectable_value(&mut view.band, Band::Solar, "Solar");
-            });
-        }
-        for component in Component::ALL {
-            let present = file.blocks(view.band).get(component).is_some();
-            ui.add_enabled_ui(present, |ui| {
-                let hint = format!("Light {}", plain_words(component));
-                if ui
-                    .selectable_label(view.component == component, component.xml_name())
-                    .on_hover_text(&hint)
-                    .on_disabled_hover_text("not in this file")
-                    .clicked()
-                {
-                    view.component = component;
-                    view.snap(&file);
-                }
-            });
-        }
-        if let Some(Some(v)) = self.slots[0].integrals.value() {
-            ui.add(egui::Label::new(RichText::new(&v.description).small().weak()).wrap());
-        }
-        heading(ui, "Show");
-        ui.horizontal_wrapped(|ui| {
-            for p in Projection::ALL {
-                let (name, keeps) = p.names();
-                ui.selectable_value(&mut view.projection, p, name).on_hover_text(format!("{keeps} (key P)"));
-            }
-        });
-        let top = self.largest(view);
-        view.scale.controls(ui, top, "/sr");
-        ui.horizontal(|ui| {
-            ui.checkbox(&mut view.grid, "Patches").on_hover_text("Key G");
-            ui.checkbox(&mut view.numbers, "Numbers").on_hover_text("Key N");
-            palette_choice(ui, &mut view.palette);
-        });
-        ui.horizontal(|ui| {
-            for kind in ["png", "svg"] {
-                if ui.button(format!("Save {}…", kind.to_uppercase())).clicked() {
-                    let (files, view) = (self.files.clone(), view.clone());
-                    let name = file.path.with_extension(kind);
-                    let name = name.file_name().map_or_else(|| format!("bsdf.{kind}").into(), std::path::PathBuf::from);
-                    out.save(name, Box::new(move |path| export::write(&files.iter().map(Arc::as_ref).collect::<Vec<_>>(), &view, path)));
-                }
-            }
-        });
-        for i in 0..self.files.len() {
-            self.verdicts(ui, i);
-        }
-    }
-
-    fn verdicts(&self, ui: &mut egui::Ui, i: usize) {
-        let title = if self.files.len() == 2 { format!("The doctor on {}", ["A", "B"][i]) } else { "The doctor".to_string() };
-        heading(ui, &title);
-        let Some(findings) = self.slots[i].findings.value_of(&self.files[i].id) else {
-            ui.horizontal(|ui| {
-                ui.spinner();
-                ui.weak("examining…");
-            });
-            return;
-        };
-        let faults = findings.iter().filter(|f| f.verdict == Verdict::Fault).count();
-        let sum = match faults {
-            0 => "Sound".to_string(),
-            1 => "1 fault".to_string(),
-            n => format!("{n} faults"),
-        };
-        ui.label(RichText::new(sum).strong().color(if faults == 0 { ok_color(ui) } else { fault_color(ui) }));
-        for verdict in [Verdict::Fault, Verdict::Note, Verdict::Sound] {
-            for f in findings.iter().filter(|f| f.verdict == verdict) {
-                let (sign, color) = match verdict {
-                    Verdict::Fault => ("fault", fault_color(ui)),
-                    Verdict::Note => ("note", plot::axis(ui)),
-                    Verdict::Sound => ("ok", ok_color(ui)),
-                };
-                ui.horizontal_top(|ui| {
-                    ui.add_sized(vec2(30.0, 14.0), egui::Label::new(RichText::new(sign).small().color(color)));
-                    let text = format!("{}, {}: {}", f.item, f.place, f.text.lines().next().unwrap_or_default());
-                    ui.add(egui::Label::new(RichText::new(text).small()).wrap()).on_hover_text(&f.text);
-                });
-            }
-        }
-    }
-
     /// Largest value of all files for the incident direction.
-    fn largest(&self, view: &View) -> f64 {
+    pub(super) fn largest(&self, view: &View) -> f64 {
         self.files.iter().filter_map(|f| Some(largest(view.block(f)?, view.incident))).fold(0.0, f64::max)
     }
 
@@ -497,83 +386,4 @@ impl BsdfPanel {
             self.slots[i].lobe.paint(ui, part, view);
         }
     }
-}
-
-fn heading(ui: &mut egui::Ui, text: &str) {
-    ui.add_space(8.0);
-    ui.label(RichText::new(text).strong().size(14.0));
-}
-
-/// Chooses a palette.
-pub fn palette_choice(ui: &mut egui::Ui, palette: &mut Palette) {
-    egui::ComboBox::from_id_salt("palette").width(84.0).selected_text(palette.name()).show_ui(ui, |ui| {
-        for p in Palette::ALL {
-            ui.selectable_value(palette, p, p.name());
-        }
-    });
-}
-
-/// Green that is no green: a blue-green distinct from [`fault_color`] for colour-blind readers.
-fn ok_color(ui: &egui::Ui) -> Color32 {
-    plot::line_color(ui, 2)
-}
-
-fn fault_color(ui: &egui::Ui) -> Color32 {
-    plot::line_color(ui, 1)
-}
-
-fn pixels(ui: &egui::Ui, disc: Disc) -> usize {
-    ((2.0 * disc.radius * ui.ctx().pixels_per_point()).round() as usize).clamp(32, 1400)
-}
-
-fn title(ui: &egui::Ui, disc: Disc, title: &str, about: &str) {
-    let at = disc.center - vec2(0.0, disc.radius + 24.0);
-    let ink = ui.visuals().text_color();
-    ui.painter().text(at - vec2(0.0, 16.0), Align2::CENTER_CENTER, title, FontId::proportional(15.0), ui.visuals().strong_text_color());
-    ui.painter().text(at + vec2(0.0, 1.0), Align2::CENTER_CENTER, about, FontId::proportional(12.0), ink);
-}
-
-fn image(ui: &egui::Ui, disc: Disc, texture: egui::TextureId) {
-    let rect = Rect::from_center_size(disc.center, vec2(2.0, 2.0) * disc.radius);
-    ui.painter().image(texture, rect, Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0)), Color32::WHITE);
-}
-
-fn rim(ui: &egui::Ui, disc: Disc) {
-    ui.painter().circle_stroke(disc.center, disc.radius, Stroke::new(1.2, ui.visuals().text_color()));
-    for (phi, anchor) in
-        [(0.0, Align2::LEFT_CENTER), (90.0, Align2::CENTER_BOTTOM), (180.0, Align2::RIGHT_CENTER), (270.0, Align2::CENTER_TOP)]
-    {
-        let p = disc.place(90.0, phi);
-        let out = (p - disc.center) / disc.radius * 3.0;
-        ui.painter().text(p + out, anchor, format!("{phi}°"), FontId::proportional(11.0), plot::axis(ui));
-    }
-}
-
-fn rings(ui: &egui::Ui, disc: Disc) {
-    let line = Stroke::new(0.8, Color32::from_white_alpha(90));
-    for theta in [15.0, 30.0, 45.0, 60.0, 75.0] {
-        ui.painter().add(egui::Shape::line(full_circle(90).map(|phi| disc.place(theta, phi)).collect(), line));
-    }
-}
-
-fn patches(ui: &egui::Ui, disc: Disc, basis: &AngleBasis, view: &View) {
-    let line = Stroke::new(0.8, Color32::from_white_alpha(110));
-    for bin in 0..basis.len() {
-        let (theta, phi) = limits(basis, bin);
-        if view.grid {
-            ui.painter().add(egui::Shape::closed_line(disc.outline(theta, phi), line));
-        }
-        if view.numbers {
-            let [t, p] = middle(basis, bin);
-            let size = (disc.radius / 22.0).clamp(7.0, 13.0);
-            plot::halo_text(ui.painter(), disc.place(t, p), Align2::CENTER_CENTER, &(bin + 1).to_string(), size);
-        }
-    }
-}
-
-/// A ring around the direction of the incident light.
-fn marker(ui: &egui::Ui, disc: Disc, [theta, phi]: [f64; 2]) {
-    let at = disc.place(theta, phi);
-    ui.painter().circle_stroke(at, 5.5, Stroke::new(3.5, Color32::WHITE));
-    ui.painter().circle_stroke(at, 5.5, Stroke::new(1.6, Color32::BLACK));
 }

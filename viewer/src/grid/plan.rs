@@ -124,7 +124,8 @@ impl Plan<'_> {
 /// A metre or so, and north.
 fn scale_bar(ui: &egui::Ui, frame: &Frame) {
     let painter = ui.painter();
-    let length = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0].into_iter().find(|l| l * frame.unit() > 50.0).unwrap_or(100.0);
+    let most = f64::from(frame.rect().width()) * 0.4;
+    let length = [50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5].into_iter().find(|l| l * frame.unit() < most).unwrap_or(0.1);
     let (a, ink) = (frame.rect().left_bottom() + vec2(6.0, 14.0), Stroke::new(1.5, ui.visuals().text_color()));
     let b = a + vec2((length * frame.unit()) as f32, 0.0);
     painter.line_segment([a, b], ink);
@@ -157,7 +158,8 @@ pub fn hour_plan(
     let label = |v: f64| rounded_number(v);
     let plan = Plan { group, results, values, palette, scale, contours: Vec::new(), label: &label };
     let under = plan.paint(ui, inner);
-    let bar = Rect::from_min_max(pos2(inner.right() + 14.0, inner.top()), pos2(rect.right(), inner.bottom()));
+    let right = Frame::fit(inner.shrink(4.0), extent(group, results)).rect().right();
+    let bar = Rect::from_min_max(pos2(right + 18.0, inner.top()), pos2(right + 18.0 + BAR_WIDTH, inner.bottom()));
     let color = |t: f64| color32(palette.color(t));
     let ticks = scale.ticks(6).into_iter().map(|v| (scale.position(v), short_number(v))).collect();
     ColorBar { color: &color, label: "lx", ticks, mark: under.map(|s| scale.position(values[s])) }.paint(ui, bar);

@@ -8,6 +8,7 @@ use lucarne::image::palette::Palette;
 use lucarne::image::{Picture, luminance};
 use lucarne::matrix::Matrix;
 use lucarne::{Error, Result, Warnings, image};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -38,7 +39,7 @@ impl PictureFile {
 
     /// A picture in memory.
     pub fn of_picture(path: &Path, picture: Picture) -> Self {
-        let values = picture.pixels.iter().map(|&p| luminance(p)).collect();
+        let values = picture.pixels.par_iter().map(|&p| luminance(p)).collect();
         Self { path: path.to_path_buf(), picture: Arc::new(picture), luminance: Arc::new(values), unit: "cd/m²", id: next_id() }
     }
 
@@ -57,11 +58,20 @@ impl PictureFile {
 
     /// Value that only one lit pixel in 200 exceeds, for automatic scales.
     pub fn typical_maximum(&self) -> f64 {
+        self.exceeded_by(0.005)
+    }
+
+    /// Luminance that one lit pixel in 20 exceeds: white of a photograph.
+    pub fn white(&self) -> f64 {
+        self.exceeded_by(0.05)
+    }
+
+    fn exceeded_by(&self, share: f64) -> f64 {
         let mut lit: Vec<f32> = self.luminance.iter().copied().filter(|v| *v > 0.0).collect();
         if lit.is_empty() {
             return 1.0;
         }
-        let k = ((lit.len() - 1) as f64 * 0.995) as usize;
+        let k = ((lit.len() - 1) as f64 * (1.0 - share)) as usize;
         f64::from(*lit.select_nth_unstable_by(k, f32::total_cmp).1)
     }
 

@@ -50,7 +50,7 @@ pub fn image(file: &PictureFile, view: &View, maximum: f64) -> ColorImage {
             });
         }
         Mode::Photograph => {
-            let tone = ToneMap::new(view, maximum);
+            let tone = ToneMap::new(view, file.white());
             rows.for_each(|(y, row)| {
                 for (x, pixel) in row.iter_mut().enumerate() {
                     let i = y * step * w + x * step;
@@ -70,9 +70,8 @@ struct ToneMap {
 }
 
 impl ToneMap {
-    fn new(view: &View, maximum: f64) -> Self {
-        // White at 0.8 of the typical maximum; mid grey for Reinhard.
-        let white = (maximum * 0.8 / 179.0).max(1e-12) * 2f64.powf(-view.stops);
+    fn new(view: &View, white: f64) -> Self {
+        let white = (white / 179.0).max(1e-12) * 2f64.powf(-view.stops);
         let gamma = (0..=4095).map(|i| ((f64::from(i) / 4095.0).powf(1.0 / 2.2) * 255.0).round() as u8).collect();
         Self { gain: (1.0 / white) as f32, tone: view.tone, gamma }
     }

@@ -2,9 +2,11 @@
 
 mod carpet;
 mod dome;
+mod hour;
 pub mod model;
 mod panel;
 pub mod scrub;
+mod side;
 mod states;
 
 pub use panel::YearPanel;

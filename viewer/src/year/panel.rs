@@ -1,24 +1,17 @@
 //! Painting the Year panel and taking its clicks.
 
 use super::carpet;
-use super::dome;
 use super::model::{Quantity, View, glare_quantity, steps_per_day, typical_maximum, worst};
 use super::scrub::{Answer, Scrubber, Wish};
 use super::states::States;
 use crate::app::Outbox;
-use crate::args::PanelKind;
 use crate::bsdf::model::BsdfFile;
-use crate::bsdf::palette_choice;
-use crate::grid;
 use crate::job::Derived;
-use crate::picture::model::{Judged, Mode, PictureFile};
-use crate::picture::show;
-use crate::plot::{self, empty_state, halo_text};
+use crate::picture::model::{Judged, PictureFile};
+use crate::plot::empty_state;
 use crate::results::Results;
-use crate::scale::{BAR_WIDTH, draggable_bar};
 use crate::texture::CachedTexture;
-use eframe::egui::{self, Align2, Color32, FontId, Key, Rect, RichText, Sense, Stroke, pos2, vec2};
-use lucarne::image::palette::rounded_number;
+use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2, vec2};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
 use std::sync::Arc;
@@ -26,28 +19,34 @@ use std::sync::Arc;
 /// The panel with what it has computed.
 #[derive(Default)]
 pub struct YearPanel {
-    values: (String, Vec<f64>, f64),
-    carpet: CachedTexture,
-    scrubber: Option<Scrubber>,
-    shown: Option<Shown>,
-    glare: Option<(usize, Judged)>,
-    picture: CachedTexture,
-    failed: Option<String>,
-    states: States,
-    state_window: usize,
-    sky: Derived<String, Option<Matrix<f32>>>,
-    dome: CachedTexture,
-    playing: bool,
-    readout: String,
-    pending: Vec<BsdfFile>,
+    pub(super) values: (String, Vec<f64>, f64),
+    pub(super) carpet: CachedTexture,
+    pub(super) scrubber: Option<Scrubber>,
+    pub(super) shown: Option<Shown>,
+    pub(super) glare: Option<(Wish, Option<Judged>)>,
+    pub(super) picture: CachedTexture,
+    pub(super) failed: Option<String>,
+    pub(super) states: States,
+    pub(super) state_window: usize,
+    pub(super) sky: Derived<String, Option<Matrix<f32>>>,
+    pub(super) dome: CachedTexture,
+    pub(super) playing: bool,
+    /// End of an automatic scale of the plan, lx.
+    pub(super) plan_maximum: f64,
+    pub(super) readout: String,
+    pub(super) pending: Vec<BsdfFile>,
 }
 
 /// The picture on the screen.
-struct Shown {
-    wish: Wish,
-    file: PictureFile,
-    whole: bool,
-    seconds: f64,
+pub struct Shown {
+    pub(super) wish: Wish,
+    pub(super) file: PictureFile,
+    pub(super) whole: bool,
+    pub(super) seconds: f64,
+    /// End of an automatic scale.
+    pub(super) maximum: f64,
+    /// Mean luminance, cd/m².
+    pub(super) mean: f64,
 }
 
 impl YearPanel {
@@ -56,7 +55,8 @@ impl YearPanel {
         view.fit(results);
         let mut states = std::mem::take(&mut self.states);
         states.reset(results.windows.len());
-        *self = Self { states, ..Self::default() };
+        let plan_maximum = typical_maximum(&Quantity::Mean(plan_group(results)).values(results, None));
+        *self = Self { states, plan_maximum, ..Self::default() };
     }
 
     /// Takes a BSDF as another state of the façade.
@@ -72,9 +72,15 @@ impl YearPanel {
         picture || self.states.busy() || self.sky.busy() || !self.pending.is_empty()
     }
 
+    /// Hour of the picture on the screen, and the seconds it took.
+    #[cfg(test)]
+    pub fn picture_shown(&self) -> Option<(usize, f64)> {
+        self.shown.as_ref().map(|s| (s.wish.hour, s.seconds))
+    }
+
     fn waits_for_glare(&self) -> bool {
         match (&self.shown, &self.glare) {
-            (Some(shown), Some((hour, _))) => *hour != shown.wish.hour,
+            (Some(shown), Some((wish, _))) => *wish != shown.wish,
             (Some(_), None) => true,
             _ => false,
         }
@@ -110,7 +116,7 @@ impl YearPanel {
         }
     }
 
-    fn go_to_worst(&mut self, view: &mut View, results: &Results) {
+    pub(super) fn go_to_worst(&mut self, view: &mut View, results: &Results) {
         if let Some(quantity) = glare_quantity(results) {
             let lux = self.states.lux(&view.fractions).map(|(_, l)| l.to_vec());
             view.quantity = quantity;
@@ -185,170 +191,19 @@ impl YearPanel {
         scrubber.wish(self.states.wish(view.hour, &view.fractions));
         for answer in scrubber.answers() {
             match answer {
-                Answer::Picture { wish, file, whole, seconds } => self.shown = Some(Shown { wish, file: *file, whole, seconds }),
-                Answer::Glare { hour, judged } => self.glare = Some((hour, *judged)),
+                Answer::Picture { wish, file, whole, seconds } => {
+                    let maximum = file.typical_maximum();
+                    let mean = file.luminance.iter().map(|v| f64::from(*v)).sum::<f64>() / file.luminance.len().max(1) as f64;
+                    self.shown = Some(Shown { wish, file: *file, whole, seconds, maximum, mean });
+                }
+                Answer::Glare { wish, judged } => self.glare = Some((wish, judged.map(|j| *j))),
                 Answer::Failed(error) => self.failed = Some(error.to_string()),
             }
         }
     }
 
-    fn side(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
-        ui.add_space(4.0);
-        if glare_quantity(results).is_some() {
-            let button = egui::Button::new(RichText::new("Worst glare hour").strong()).min_size(vec2(ui.available_width() - 4.0, 30.0));
-            if ui.add(button).on_hover_text("Goes to the hour of the year with the highest glare probability (key W)").clicked() {
-                self.go_to_worst(view, results);
-            }
-        }
-        heading(ui, "Carpet");
-        let mut choices: Vec<Quantity> = (0..results.glare.len()).flat_map(|v| [Quantity::Dgp(v), Quantity::Class(v)]).collect();
-        choices.extend((0..results.groups.len()).map(Quantity::Mean));
-        for (g, group) in results.groups.iter().enumerate() {
-            choices.extend((0..group.len()).map(|s| Quantity::Sensor(g, s)));
-            choices.extend(group.directions.iter().enumerate().filter(|(_, d)| d.z.abs() < 0.5).map(|(s, _)| Quantity::Simplified(g, s)));
-        }
-        egui::ComboBox::from_id_salt("quantity")
-            .width(ui.available_width() - 12.0)
-            .height(420.0)
-            .selected_text(view.quantity.name(results))
-            .show_ui(ui, |ui| {
-                for choice in choices {
-                    ui.selectable_value(&mut view.quantity, choice, choice.name(results));
-                }
-            });
-        if !view.quantity.is_glare() {
-            view.carpet.controls(ui, self.values.2, "lx");
-        }
-        ui.horizontal(|ui| {
-            palette_choice(ui, &mut view.palette);
-            if ui.button("Sensors on their plan").on_hover_text("The Grid panel").clicked() {
-                out.show(PanelKind::Grid);
-            }
-        });
-        self.picture_controls(ui, view, results, out);
-        self.facade_controls(ui, view, results, out);
-        heading(ui, "Sky");
-        let sun = results.weather.as_ref().and_then(|w| Some(w.sun(w.records.get(view.hour)?)));
-        let sky = self.sky.value().and_then(Option::as_ref).filter(|s| view.hour < s.cols()).map(|s| (s, view.hour));
-        if sky.is_none() && sun.is_none() && !self.sky.busy() {
-            ui.weak("The folder holds no sky matrix.");
-        } else if let Some(said) = dome::show(ui, &mut self.dome, sky, sun, view.palette) {
-            self.readout = said;
-        } else {
-            self.readout.clear();
-        }
-        if let Some(sun) = sun {
-            let text = if sun.is_up() {
-                format!(
-                    "Sun {:.0}° high, azimuth {:.0}°; 0.1 … 100 kcd/m², log",
-                    sun.altitude.to_degrees(),
-                    sun.azimuth.to_degrees().rem_euclid(360.0)
-                )
-            } else {
-                "The sun is below the horizon".into()
-            };
-            ui.label(RichText::new(text).small());
-        }
-    }
-
-    fn picture_controls(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
-        if results.views.is_empty() {
-            return;
-        }
-        heading(ui, "Picture");
-        if results.views.len() > 1 {
-            egui::ComboBox::from_id_salt("view").selected_text(&results.views[view.view.min(results.views.len() - 1)].name).show_ui(
-                ui,
-                |ui| {
-                    for (i, v) in results.views.iter().enumerate() {
-                        ui.selectable_value(&mut view.view, i, &v.name);
-                    }
-                },
-            );
-        }
-        ui.horizontal(|ui| {
-            ui.selectable_value(&mut view.mode, Mode::Falsecolor, "Falsecolour");
-            ui.selectable_value(&mut view.mode, Mode::Photograph, "Photograph");
-        });
-        match view.mode {
-            Mode::Falsecolor => {
-                ui.push_id("picture", |ui| view.picture.controls(ui, self.picture_maximum(), "cd/m²"));
-            }
-            Mode::Photograph => {
-                ui.add(egui::Slider::new(&mut view.stops, -8.0..=8.0).step_by(0.25).text("stops"));
-            }
-        }
-        ui.horizontal(|ui| {
-            ui.checkbox(&mut view.sources, "Glare sources");
-            if let Some(shown) = &self.shown
-                && ui.button("Save HDR…").clicked()
-            {
-                let picture = shown.file.picture.clone();
-                out.save(
-                    format!("img_{:04}.hdr", shown.wish.hour).into(),
-                    Box::new(move |path| lucarne::image::hdr::write(path, &picture)),
-                );
-            }
-        });
-    }
-
-    fn facade_controls(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
-        if results.windows.is_empty() {
-            return;
-        }
-        heading(ui, "Façade");
-        for (i, name) in results.windows.iter().enumerate() {
-            ui.horizontal(|ui| {
-                ui.selectable_value(&mut self.state_window, i, name)
-                    .on_hover_text("A BSDF dropped now becomes the second state of this window");
-                ui.weak(self.states.name(i).map_or("as computed".to_string(), |s| format!("→ {s}")));
-            });
-            if self.states.name(i).is_some()
-                && let Some(fraction) = view.fractions.get_mut(i)
-            {
-                ui.horizontal(|ui| {
-                    if ui.selectable_label(*fraction == 0.0, "A").on_hover_text("as computed").clicked() {
-                        *fraction = 0.0;
-                    }
-                    ui.add(egui::Slider::new(fraction, 0.0..=1.0).show_value(false))
-                        .on_hover_text("States in between, linear in every value as 'lucarne bsdf interpolate'");
-                    if ui.selectable_label(*fraction == 1.0, "B").clicked() {
-                        *fraction = 1.0;
-                    }
-                    ui.label(format!("{:.0} %", *fraction * 100.0));
-                });
-            }
-        }
-        let id = egui::Id::unique("state-path");
-        let mut path: String = ui.data(|d| d.get_temp(id)).unwrap_or_default();
-        ui.horizontal(|ui| {
-            let field = ui.add(
-                egui::TextEdit::singleline(&mut path).hint_text("another state: BSDF file").desired_width(ui.available_width() - 58.0),
-            );
-            let enter = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
-            if (ui.button("Add").clicked() || enter) && !path.trim().is_empty() {
-                match BsdfFile::read(std::path::Path::new(path.trim())) {
-                    Ok(file) => {
-                        self.pending.push(file);
-                        path.clear();
-                    }
-                    Err(e) => out.error(e.to_string()),
-                }
-            }
-        });
-        ui.data_mut(|d| d.insert_temp(id, path));
-        if self.states.changed(&view.fractions) && view.quantity.is_glare() && !matches!(view.quantity, Quantity::Simplified(..)) {
-            ui.add(
-                egui::Label::new(
-                    RichText::new("The glare carpet is that of the computed state; the picture follows the façade.").small().weak(),
-                )
-                .wrap(),
-            );
-        }
-    }
-
-    fn picture_maximum(&self) -> f64 {
-        self.shown.as_ref().map_or(1000.0, |s| s.file.typical_maximum())
+    pub(super) fn picture_maximum(&self) -> f64 {
+        self.shown.as_ref().map_or(1000.0, |s| s.maximum)
     }
 
     fn center(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>) {
@@ -384,9 +239,15 @@ impl YearPanel {
         let status = 22.0;
         let below = Rect::from_min_max(pos2(area.left(), outer.bottom() + 8.0), pos2(area.right(), area.bottom() - status));
         if results.views.is_empty() {
-            self.plan(ui, below, view, results);
+            let middle = below.left() + below.width() * 0.5;
+            self.day(ui, Rect::from_min_max(below.min, pos2(middle, below.bottom())), view, results);
+            self.plan(ui, Rect::from_min_max(pos2(middle, below.top()), below.max), view, results);
         } else {
-            self.hour_picture(ui, below, view);
+            let left = self.hour_picture(ui, below, view);
+            let rest = Rect::from_min_max(pos2(left - 40.0, below.top() + 190.0), below.max);
+            if rest.width() > 260.0 && rest.height() > 150.0 {
+                self.plan(ui, rest, view, results);
+            }
         }
         let text = if self.readout.is_empty() {
             "Point at the carpet, the picture or the sky to read values; click the carpet to go to an hour"
@@ -401,98 +262,9 @@ impl YearPanel {
             ui.visuals().text_color(),
         );
     }
-
-    fn plan(&mut self, ui: &mut egui::Ui, rect: Rect, view: &View, results: &Arc<Results>) {
-        let Some((_, group)) = results.groups.iter().enumerate().find(|(_, g)| !g.positions.is_empty()) else { return };
-        let lux = self.states.lux(&view.fractions);
-        let index = results.groups.iter().position(|g| std::ptr::eq(g, group)).unwrap_or(0);
-        let matrix = lux.as_ref().and_then(|l| l.1.get(index)).unwrap_or(&group.lux);
-        let values: Vec<f64> = (0..matrix.rows()).map(|s| f64::from(matrix.at(s, view.hour)[0])).collect();
-        let scale = view.carpet.scale(self.values.2);
-        let title = format!("{} on the plan, lx", group.name);
-        if let Some(said) = grid::plan::hour_plan(ui, rect, results, group, &values, view.palette, &scale, &title) {
-            self.readout = said;
-        }
-    }
-
-    fn hour_picture(&mut self, ui: &mut egui::Ui, rect: Rect, view: &mut View) {
-        let Some(shown) = &self.shown else {
-            let text = self.failed.clone().unwrap_or_else(|| "reading the view matrix…".into());
-            ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(14.0), plot::axis(ui));
-            return;
-        };
-        let (w, h) = (shown.file.picture.width as f32, shown.file.picture.height as f32);
-        let facts = 210.0;
-        let room = vec2(rect.width() - BAR_WIDTH - 24.0 - facts, rect.height() - 4.0);
-        let unit = (room.x / w).min(room.y / h);
-        let place = Rect::from_min_size(pos2(rect.left() + 46.0, rect.top()), vec2(w, h) * unit);
-        let maximum = shown.file.typical_maximum();
-        let key = format!("{} {:?} {:?} {:?} {}", shown.file.id, view.mode, view.palette, view.picture, view.stops);
-        let texture = self.picture.get(ui.ctx(), key, false, || show::image(&shown.file, &view.picture_view(), maximum));
-        ui.painter().image(texture, place, Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0)), Color32::WHITE);
-        ui.painter().rect_stroke(place, 0.0, Stroke::new(1.0, plot::axis(ui)), egui::StrokeKind::Outside);
-        let glare = self.glare.as_ref().filter(|(hour, _)| *hour == shown.wish.hour).map(|(_, j)| j);
-        let screen = |x: f64, y: f64| place.min + vec2(x as f32, y as f32) * unit;
-        if view.sources
-            && let Some(j) = glare
-        {
-            for (i, (edges, source)) in j.outlines.iter().zip(&j.glare.sources).enumerate() {
-                for [a, b] in edges {
-                    let line = [screen(a[0].into(), a[1].into()), screen(b[0].into(), b[1].into())];
-                    ui.painter().line_segment(line, Stroke::new(1.6, Color32::from_rgb(255, 90, 60)));
-                }
-                halo_text(
-                    ui.painter(),
-                    screen(source.x + 0.5, f64::from(h) - source.y - 0.5),
-                    Align2::CENTER_CENTER,
-                    &(i + 1).to_string(),
-                    13.0,
-                );
-            }
-        }
-        let mut under = None;
-        if let Some(p) = ui.interact(place, ui.scope_id().with("hour-picture"), Sense::hover()).hover_pos() {
-            let (x, y) = (((p.x - place.left()) / unit) as usize, ((p.y - place.top()) / unit) as usize);
-            if x < shown.file.picture.width && y < shown.file.picture.height {
-                let value = f64::from(shown.file.luminance[y * shown.file.picture.width + x]);
-                under = Some(value);
-                self.readout = format!("x {x}, y {}   {} cd/m²", shown.file.picture.height - 1 - y, rounded_number(value));
-            }
-        }
-        let mut left = place.right() + 14.0;
-        if view.mode == Mode::Falsecolor {
-            let bar = Rect::from_min_max(pos2(left, place.top()), pos2(left + BAR_WIDTH, place.bottom()));
-            draggable_bar(ui, bar, &mut view.picture, maximum, view.palette, "cd/m²", under);
-            left = bar.right() + 10.0;
-        }
-        let mut lines = Vec::new();
-        if let Some(j) = glare {
-            let i = &j.glare.indices;
-            lines.push((format!("DGP {:.3}", i.dgp), true));
-            lines.push((crate::results::CLASSES[crate::results::class_of(i.dgp) as usize].into(), false));
-            lines.push((format!("Ev {} lx", rounded_number(j.glare.vertical_illuminance)), false));
-            lines.push((format!("UGR {}", if i.ugr < 0.0 { "–".into() } else { format!("{:.1}", i.ugr) }), false));
-            lines.push((format!("{} glare sources", j.glare.sources.len()), false));
-            if j.partial {
-                lines.push(("the view is no hemisphere:".into(), false));
-                lines.push(("Ev and DGP are too low".into(), false));
-            }
-        }
-        let mean = shown.file.luminance.iter().map(|v| f64::from(*v)).sum::<f64>() / shown.file.luminance.len().max(1) as f64;
-        lines.push((format!("mean {} cd/m²", rounded_number(mean)), false));
-        lines.push((if shown.whole { format!("computed in {:.0} ms", shown.seconds * 1e3) } else { "reading…".into() }, false));
-        for (i, (line, strong)) in lines.iter().enumerate() {
-            let (size, color) = if *strong { (20.0, ui.visuals().strong_text_color()) } else { (13.0, ui.visuals().text_color()) };
-            let y = place.top() + if i == 0 { 0.0 } else { 8.0 + 20.0 * i as f32 };
-            ui.painter().text(pos2(left, y), Align2::LEFT_TOP, line, FontId::proportional(size), color);
-        }
-        if let Some(failed) = &self.failed {
-            ui.painter().text(place.left_bottom(), Align2::LEFT_BOTTOM, failed, FontId::proportional(12.0), plot::line_color(ui, 1));
-        }
-    }
 }
 
-fn heading(ui: &mut egui::Ui, text: &str) {
-    ui.add_space(8.0);
-    ui.label(RichText::new(text).strong().size(14.0));
+/// The group of sensors shown on the plan: the first whose places are known.
+pub fn plan_group(results: &Results) -> usize {
+    results.groups.iter().position(|g| !g.positions.is_empty()).unwrap_or(0)
 }

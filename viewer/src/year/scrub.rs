@@ -12,13 +12,15 @@ use lucarne::matrix::rows::MatrixRows;
 use lucarne::{Error, Result};
 use rayon::prelude::*;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 /// Rows of V read at a time.
 const BAND: usize = 4096;
 /// How often an unfinished picture is shown while V is read.
 const PARTIAL: Duration = Duration::from_millis(250);
+/// How long dragging must rest before glare is looked for.
+const PAUSE: Duration = Duration::from_millis(200);
 
 /// A picture that is wanted.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,8 +37,8 @@ pub struct Wish {
 pub enum Answer {
     /// A picture; whether all of it is there, and how long it took.
     Picture { wish: Wish, file: Box<PictureFile>, whole: bool, seconds: f64 },
-    /// Its glare.
-    Glare { hour: usize, judged: Box<Judged> },
+    /// Its glare, if the view has any.
+    Glare { wish: Wish, judged: Option<Box<Judged>> },
     /// What went wrong; the worker has ended.
     Failed(Error),
 }
@@ -299,40 +301,39 @@ fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn 
         Engine::Device { multiplier, left }
     };
     let mut judge: Option<Judge> = None;
-    let mut shown: Option<Wish> = Some(wish.clone());
     loop {
-        let next = match wanted.try_iter().last() {
+        // The glare of what is shown is worth its time only when the dragging has stopped.
+        let next = match wanted.recv_timeout(PAUSE) {
+            Ok(next) => Some(next),
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            Err(RecvTimeoutError::Timeout) => None,
+        };
+        let next = match next {
             Some(next) => next,
             None => {
-                // Nothing newer: time for the glare of what is shown.
-                if let Some(last) = shown.take() {
-                    let rgb = engine.picture(&facade.light(&last), pixels)?;
-                    let mut picture = Picture::new(view.width, view.height, rgb)?;
-                    picture.view.clone_from(&view.options);
-                    let file = PictureFile::of_picture(&view.matrix, picture);
-                    if judge.is_none() {
-                        judge = Judge::new(&file, 2000.0, None).ok();
-                    }
-                    if let Some(Ok(judged)) = judge.as_ref().map(|j| j.judge(&file))
-                        && send(Answer::Glare { hour: last.hour, judged: Box::new(judged) })
-                    {
-                        return Ok(());
-                    }
+                let mut picture = Picture::new(view.width, view.height, engine.picture(&light, pixels)?)?;
+                picture.view.clone_from(&view.options);
+                let file = PictureFile::of_picture(&view.matrix, picture);
+                if judge.is_none() {
+                    judge = Judge::new(&file, 2000.0, None).ok();
+                }
+                let judged = judge.as_ref().and_then(|j| j.judge(&file).ok()).map(Box::new);
+                if send(Answer::Glare { wish: wish.clone(), judged }) {
+                    return Ok(());
                 }
                 match wanted.recv() {
-                    Ok(next) => newest(next, wanted),
+                    Ok(next) => next,
                     Err(_) => return Ok(()),
                 }
             }
         };
         let start = Instant::now();
-        wish = next;
+        wish = newest(next, wanted);
         light = facade.light(&wish);
         let rgb = engine.picture(&light, pixels)?;
         if send(answer(&wish, rgb, true, start)?) {
             return Ok(());
         }
-        shown = Some(wish.clone());
     }
 }
 

@@ -1,0 +1,77 @@
+// What every receiver gets straight from every sun's disc through panes that let it pass.
+
+import package::shared::bvh::{FAR_AWAY};
+import package::shared::receiver::{Receiver};
+import package::shared::window::{window_triangles, straight_transmittance};
+import package::shared::counters::{count_finished};
+import package::shared::pane::{PaneParams, Pane, PaneSunRecord, disc_direction, pane_random, off_pane};
+
+@group(0) @binding(6) var<uniform> params: PaneParams;
+@group(0) @binding(7) var<storage, read> panes: array<Pane>;
+@group(0) @binding(8) var<storage, read> receivers: array<Receiver>;
+// [sun][pane]
+@group(0) @binding(9) var<storage, read> suns: array<PaneSunRecord>;
+// [batch][sun][receiver][rgb]
+@group(0) @binding(12) var<storage, read_write> sums: array<f32>;
+
+// Distance at which a ray passes a triangle; negative if it does not.
+fn distance_to(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let ab = b - a;
+    let ac = c - a;
+    let p = cross(direction, ac);
+    let determinant = dot(ab, p);
+    if determinant == 0.0 {
+        return -1.0;
+    }
+    let s = origin - a;
+    let u = dot(s, p) / determinant;
+    let q = cross(s, ab);
+    let v = dot(direction, q) / determinant;
+    return select(-1.0, dot(ac, q) / determinant, u >= 0.0 && v >= 0.0 && u + v <= 1.0);
+}
+
+// Transmittance of the way from a point along a direction, through the first pane it meets.
+fn through_panes(origin: vec3<f32>, direction: vec3<f32>, sun_index: u32) -> vec3<f32> {
+    for (var p = 0u; p < params.panes; p++) {
+        let clear = suns[sun_index * params.panes + p].clear;
+        let pane = panes[p];
+        if max(clear.x, max(clear.y, clear.z)) > 0.0 && dot(direction, pane.z) < 0.0 {
+            for (var t = pane.first_triangle; t < pane.first_triangle + pane.triangles; t++) {
+                let a = window_triangles[t * 3u].xyz;
+                let distance = distance_to(a, window_triangles[t * 3u + 1u].xyz, window_triangles[t * 3u + 2u].xyz, origin, direction);
+                if distance > 0.0 {
+                    let inside = straight_transmittance(origin, direction, distance * 0.99999);
+                    if max(inside.x, max(inside.y, inside.z)) <= 0.0 {
+                        return vec3<f32>(0.0);
+                    }
+                    let outside = straight_transmittance(off_pane(origin + direction * distance, -pane.z), direction, FAR_AWAY);
+                    return clear * inside * outside;
+                }
+            }
+        }
+    }
+    return vec3<f32>(0.0);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= params.receivers || id.y >= params.suns {
+        return;
+    }
+    let receiver = receivers[id.x];
+    let sun = suns[id.y * params.panes];
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < params.disc_samples; i++) {
+        let direction = disc_direction(sun.direction, sun.chord, pane_random(params.seed, id.z, i));
+        let cosine = dot(direction, receiver.normal);
+        if cosine > 0.0 {
+            sum += through_panes(receiver.position, direction, id.y) * cosine;
+        }
+    }
+    let value = sum * (sun.solid_angle / f32(params.disc_samples));
+    let cell = ((id.z * params.suns + id.y) * params.receivers + id.x) * 3u;
+    sums[cell] = value.x;
+    sums[cell + 1u] = value.y;
+    sums[cell + 2u] = value.z;
+    count_finished(true);
+}

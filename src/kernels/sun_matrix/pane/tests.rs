@@ -1,0 +1,435 @@
+use super::*;
+use crate::bins::{KlemsBasis, ReinhartSky};
+use crate::bsdf::evaluate::Scattering;
+use crate::bsdf::{Block, Blocks, TensorTree};
+use crate::bsdf::{Bsdf, KlemsMatrix, read, resample, transmission_matrix, write};
+use crate::error::Warnings;
+use crate::kernels::trace::reference::Random;
+use crate::kernels::trace::rooms::{Builder, sensor, window};
+use crate::kernels::view_matrix::mean_and_error;
+use crate::matrix::file::read_matrix;
+use crate::progress::Silent;
+use crate::scene::MaterialKind;
+use crate::testing;
+use std::f64::consts::PI;
+
+fn klems(b: KlemsBasis) -> Block {
+    Block::Klems(KlemsMatrix::from_fn(&b.into(), |o, i| 0.02 + ((o * 145 + i) as f64 * 0.618_034).fract().powi(4) * 0.3))
+}
+
+fn scattering(block: Block) -> Scattering {
+    Scattering::of_blocks(&Blocks { transmission_front: Some(block), ..Blocks::default() }).unwrap()
+}
+
+fn sun(x: f64, y: f64, z: f64) -> Sun {
+    Sun::new(DVec3::new(x, y, z))
+}
+
+/// A window in the south, 2 m × 1 m, with a shelf inside and a fin outside.
+fn room() -> (Scene, Window) {
+    let mut b = Builder::default();
+    let grey = b.grey(0.5);
+    b.quad([[-1.0, 0.1, 1.5], [0.4, 0.1, 1.5], [0.4, 0.6, 1.5], [-1.0, 0.6, 1.5]], grey);
+    b.quad([[0.3, -0.7, 0.0], [0.3, -0.05, 0.0], [0.3, -0.05, 3.0], [0.3, -0.7, 3.0]], grey);
+    let w = window([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 2.0], [-1.0, 0.0, 2.0]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
+    (b.scene, w)
+}
+
+fn sensors() -> Vec<Sensor> {
+    vec![sensor([0.3, 1.0, 0.8], [0.0, 0.0, 1.0]), sensor([-0.6, 2.5, 0.0], [0.0, -0.5, 1.0]), sensor([1.5, 0.7, 1.2], [-1.0, -0.4, 0.0])]
+}
+
+fn suns() -> Vec<Sun> {
+    vec![sun(0.3, -0.7, 0.5), sun(-0.5, -0.6, 0.4), sun(0.05, -0.3, 0.9), sun(0.2, 0.7, 0.3), sun(0.7, -0.5, 0.1)]
+}
+
+fn is_blocked(scene: &Scene, from: DVec3, direction: DVec3, most: f64) -> bool {
+    scene.triangles.iter().any(|t| {
+        let [a, b, c] = t.vertices;
+        let p = direction.cross(c - a);
+        let det = (b - a).dot(p);
+        let s = from - a;
+        let u = s.dot(p) / det;
+        let q = s.cross(b - a);
+        let v = direction.dot(q) / det;
+        let distance = (c - a).dot(q) / det;
+        det.abs() > 1e-14 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 1e-7 && distance < most
+    })
+}
+
+/// The definition: a fine grid over the window and the sun's disc.
+fn reference(scene: &Scene, w: &Window, s: &Scattering, sensor: &Sensor, sun: &Sun) -> f64 {
+    let (n, normal) = (160usize, sensor.direction.normalize());
+    let mut random = Random(3);
+    let mut sum = 0.0;
+    for k in 0..n * n / 2 {
+        let (u, v) = (((k % n) as f64 + random.next()) / n as f64, ((k / n) as f64 + random.next()) / (n / 2) as f64);
+        let x = DVec3::new(-1.0 + 2.0 * u, 0.0, 1.0 + v);
+        let (radius, phi) = (sun.chord() * random.next().sqrt(), std::f64::consts::TAU * random.next());
+        let a = sun.direction.any_orthonormal_vector();
+        let towards = (sun.direction + (a * phi.cos() + sun.direction.cross(a) * phi.sin()) * radius).normalize();
+        let (incident, to) = (-w.frame.to_local(towards), sensor.position - x);
+        let (distance, direction) = (to.length(), to.normalize());
+        let outgoing = w.frame.to_local(direction);
+        let cosine = -direction.dot(normal);
+        if incident.z <= 0.0 || outgoing.z <= 0.0 || cosine <= 0.0 {
+            continue;
+        }
+        if is_blocked(scene, x, towards, f64::INFINITY) || is_blocked(scene, x, direction, distance) {
+            continue;
+        }
+        sum += s.evaluate(outgoing, incident) * incident.z * sun.solid_angle() * outgoing.z * cosine / (distance * distance);
+    }
+    sum * w.area() / (n * n / 2) as f64
+}
+
+#[test]
+fn all_kinds_of_data_agree_with_the_definition() {
+    let Some(device) = Device::for_tests("sun through panes") else { return };
+    let (scene, w) = room();
+    let trees = |rank, log2| Block::Tree(resample::to_tree(&klems(KlemsBasis::Half), rank, log2, 0.02).unwrap());
+    let options = PaneOptions { cells: 1024, ..PaneOptions::default() };
+    for (name, s) in [
+        ("Klems", scattering(klems(KlemsBasis::Full))),
+        ("rank 4", scattering(trees(4, 3))),
+        ("rank 3", scattering(trees(3, 4))),
+        ("by reciprocity", {
+            let blocks = Blocks { transmission_back: Some(trees(3, 4)), ..Blocks::default() };
+            Scattering::of_blocks(&blocks).unwrap()
+        }),
+    ] {
+        let panes = [(w.clone(), PaneBsdf::Bsdf(s.clone()))];
+        let found = compute(&device, &scene, &panes, &sensors(), &suns(), &options, &Silent).unwrap();
+        for (i, sensor) in sensors().iter().enumerate() {
+            for (j, sun) in suns().iter().enumerate() {
+                let wanted = reference(&scene, &w, &s, sensor, sun);
+                let value = f64::from(found.total.at(i, j)[0]);
+                let error = f64::from(found.standard_error.at(i, j)[0]);
+                assert!((value - wanted).abs() <= 4.0 * error + 0.012 * wanted, "{name} {i} {j}: {value} ± {error}, {wanted}");
+                assert!(wanted == 0.0 || error < 0.05 * wanted, "{name}: {error} of {wanted}");
+                assert_eq!((value > 0.0), j != 3, "the sun behind the house brings nothing");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_small_even_pane_and_a_clear_one_have_their_analytic_values() {
+    let Some(device) = Device::for_tests("sun through panes") else { return };
+    let scene = Scene::default();
+    let half = 0.005;
+    let small =
+        window([[-half, 0.0, -half], [half, 0.0, -half], [half, 0.0, half], [-half, 0.0, half]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
+    let s = sensor([0.4, 2.0, -1.0], [0.0, -1.0, 0.0]);
+    let to = s.position.length();
+    let light = sun(0.2, -0.8, 0.5);
+    let cosine = -light.direction.y;
+    let trans =
+        MaterialKind::Trans { color: [0.8, 0.6, 0.4], specularity: 0.0, roughness: 0.0, transmissivity: 0.5, transmitted_specularity: 0.0 };
+    let even = PaneBsdf::of_material(&trans).unwrap();
+    let found = compute(&device, &scene, &[(small, even)], &[s], &[light], &PaneOptions::default(), &Silent).unwrap();
+    for (c, colour) in [0.8, 0.6, 0.4].into_iter().enumerate() {
+        let wanted = colour * 0.5 / PI * cosine * light.solid_angle() * (2.0 * half).powi(2) * (2.0 / to).powi(2) / (to * to);
+        let value = f64::from(found.total.at(0, 0)[c]);
+        assert!((value / wanted - 1.0).abs() < 1e-3, "{value} {wanted}");
+    }
+    // The sun through glass, void and the clear part of trans, straight and not at all.
+    let (_, w) = room();
+    let s = sensor([0.0, 1.0, 0.75], [0.0, 0.0, 1.0]);
+    let seen = Sun::new(DVec3::new(0.1, -1.0, 0.75));
+    let missed = Sun::new(DVec3::new(0.1, -1.0, 3.0));
+    let glass = MaterialKind::Glass { transmissivity: [0.96, 0.5, 0.96], refraction_index: 1.52 };
+    let incidence = seen.direction.y.abs();
+    let (pane, _) = crate::kernels::trace::reference::glass_pane([0.96, 0.5, 0.96], 1.52, incidence);
+    let clear =
+        MaterialKind::Trans { transmitted_specularity: 1.0, color: [1.0; 3], specularity: 0.0, roughness: 0.0, transmissivity: 0.3 };
+    for (material, wanted) in [(glass, pane), (MaterialKind::Void, [1.0; 3]), (clear, [0.3; 3])] {
+        let bsdf = PaneBsdf::of_material(&material).unwrap();
+        let found =
+            compute(&device, &Scene::default(), &[(w.clone(), bsdf)], &[s], &[seen, missed], &PaneOptions::default(), &Silent).unwrap();
+        for (c, wanted) in wanted.into_iter().enumerate() {
+            let full = wanted * seen.direction.z * seen.solid_angle();
+            let value = f64::from(found.total.at(0, 0)[c]);
+            assert!((value / full - 1.0).abs() < 1e-4, "{material:?}: {value} {full}");
+            assert_eq!(found.total.at(0, 1)[c], 0.0);
+            assert_eq!(found.total.at(0, 0)[c], found.clear.at(0, 0)[c]);
+        }
+    }
+    let rough =
+        MaterialKind::Trans { roughness: 0.1, transmitted_specularity: 0.5, color: [1.0; 3], specularity: 0.0, transmissivity: 0.3 };
+    assert!(PaneBsdf::of_material(&rough).unwrap_err().to_string().contains("BSDF"));
+    assert!(PaneBsdf::of_material(&MaterialKind::Mirror { color: [1.0; 3] }).is_err());
+}
+
+/// 0.1 diffuse and 0.6 straight through, on 32 cells per side.
+fn peaked() -> Scattering {
+    let n = 32usize;
+    let grid: Vec<f32> =
+        (0..n.pow(4)).map(|k| (0.1 / PI + if k / (n * n) == k % (n * n) { 0.6 * (n * n) as f64 / PI } else { 0.0 }) as f32).collect();
+    scattering(Block::Tree(TensorTree::from_grid(4, 5, &grid, 0.0)))
+}
+
+#[test]
+fn the_peak_of_an_absdf_is_a_clear_view_and_is_not_counted_twice() {
+    let Some(device) = Device::for_tests("sun through panes") else { return };
+    let (_, w) = room();
+    let s = sensor([0.0, 1.0, 0.75], [0.0, 0.0, 1.0]);
+    let seen = Sun::new(DVec3::new(0.1, -1.0, 0.75));
+    let run = |bsdf: PaneBsdf| {
+        compute(&device, &Scene::default(), &[(w.clone(), bsdf)], &[s], &[seen], &PaneOptions::default(), &Silent).unwrap()
+    };
+    let clear = f64::from(run(PaneBsdf::PeakBsdf(peaked())).clear.at(0, 0)[0]);
+    let peak = peaked().peak(-w.frame.to_local(seen.direction)).unwrap();
+    let full = seen.direction.z * seen.solid_angle();
+    assert!((clear / full - peak.transmittance).abs() < 1e-4 && (peak.transmittance - 0.6).abs() < 1e-4);
+    // What is left is the diffuse tenth, the same as without any peak.
+    let whole = f64::from(run(PaneBsdf::PeakBsdf(peaked())).total.at(0, 0)[0]);
+    let even = f64::from(run(PaneBsdf::Bsdf(scattering(Block::Tree(TensorTree::constant(4, 0.1 / PI))))).total.at(0, 0)[0]);
+    assert!((whole - clear - even).abs() < 1e-3 * even, "{} {even}", whole - clear);
+}
+
+#[test]
+fn tiles_make_no_difference_and_work_can_be_stopped() {
+    struct Stop;
+    impl Progress for Stop {
+        fn update(&self, _: &str, _: f64) {}
+        fn stop_requested(&self) -> bool {
+            true
+        }
+    }
+    let Some(device) = Device::for_tests("sun through panes") else { return };
+    let (scene, w) = room();
+    let panes = [(w, PaneBsdf::PeakBsdf(peaked()))];
+    let options = PaneOptions { cells: 64, ..PaneOptions::default() };
+    let whole = compute(&device, &scene, &panes, &sensors(), &suns(), &options, &Silent).unwrap();
+    let small = PaneOptions { memory: 3 * 64 * 8 * 32, ..options };
+    let tiled = compute(&device, &scene, &panes, &sensors(), &suns(), &small, &Silent).unwrap();
+    assert_eq!((&whole.total, &whole.standard_error), (&tiled.total, &tiled.standard_error));
+    assert!(compute(&device, &scene, &panes, &sensors(), &suns(), &options, &Stop).is_err());
+    let none = compute(&device, &scene, &panes, &[], &suns(), &options, &Silent).unwrap();
+    assert_eq!(none.total.rows(), 0);
+    let nowhere = sensor([f64::NAN, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    assert!(compute(&device, &scene, &panes, &[nowhere], &suns(), &options, &Silent).is_err());
+}
+
+#[test]
+fn an_absdf_without_a_peak_is_a_plain_bsdf_with_a_warning() {
+    let mut warnings = Warnings::new();
+    assert!(matches!(PaneBsdf::with_peak(peaked(), "tree.xml", &mut warnings), PaneBsdf::PeakBsdf(_)) && warnings.is_empty());
+    let even = scattering(Block::Tree(TensorTree::constant(4, 0.1)));
+    assert!(matches!(PaneBsdf::with_peak(even, "tree.xml", &mut warnings), PaneBsdf::Bsdf(_)));
+    let text = warnings.iter().next().unwrap().to_string();
+    assert!(text.contains("tree.xml") && text.contains("no through-peak"), "{text}");
+}
+
+#[test]
+fn the_facade_shows_what_receivers_gather() {
+    let Some(device) = Device::for_tests("sun through panes") else { return };
+    let (scene, w) = room();
+    let s = scattering(klems(KlemsBasis::Full));
+    let panes = [(w.clone(), PaneBsdf::Bsdf(s.clone()))];
+    let points: Vec<FacadeView> = [(-0.7, 1.2), (0.1, 1.6), (0.9, 1.9), (0.35, 1.1)]
+        .into_iter()
+        .map(|(x, z)| {
+            let position = DVec3::new(x, 0.0, z);
+            FacadeView { position, window: 0, towards_eye: DVec3::new(0.2, 3.0, 1.2) - position }
+        })
+        .collect();
+    let suns: Vec<Sun> = suns().into_iter().map(Sun::as_point).collect();
+    let found = facade(&device, &scene, &panes, &points, &suns, &PaneOptions::default(), &Silent).unwrap();
+    let mut lit = 0;
+    for (i, p) in points.iter().enumerate() {
+        for (j, sun) in suns.iter().enumerate() {
+            let incident = -w.frame.to_local(sun.direction);
+            let free = incident.z > 0.0 && !is_blocked(&scene, p.position, sun.direction, f64::INFINITY);
+            let f = s.evaluate(w.frame.to_local(p.towards_eye.normalize()), incident);
+            let wanted = if free { f * incident.z * sun.solid_angle() } else { 0.0 };
+            let value = f64::from(found.total.at(i, j)[0]);
+            assert!((value - wanted).abs() <= 1e-4 * wanted, "{i} {j}: {value} {wanted}");
+            lit += usize::from(free);
+        }
+    }
+    assert!((6..16).contains(&lit), "{lit} of 20 are lit");
+    let wrong = FacadeView { window: 1, ..points[0] };
+    assert!(facade(&device, &scene, &panes, &[wrong], &suns, &PaneOptions::default(), &Silent).is_err());
+}
+
+/// The tutorial's room and its window.
+fn tutorial(folder: &std::path::Path) -> (Scene, Window, Vec<Sensor>) {
+    let mut warnings = Warnings::new();
+    let files = ["materials.rad", "room.rad"].map(std::path::PathBuf::from);
+    let scene = crate::scene::read_scene(&files, folder, &mut warnings).unwrap();
+    let window = crate::scene::read_windows("objects/GlazingVmtx.rad".as_ref(), folder, &mut warnings).unwrap().remove(0);
+    let sensors = crate::scene::read_sensors(&folder.join("points.txt"), None, &mut warnings).unwrap();
+    (scene, window, sensors)
+}
+
+/// The suns of the reference data.
+fn reference_suns(shared: &std::path::Path) -> Vec<Sun> {
+    let text = std::fs::read_to_string(shared.join("data/reference/fivephase/suns_sel.rad")).unwrap();
+    let number = |w: &str| w.parse::<f64>().unwrap();
+    let line = |l: &str| {
+        let words: Vec<&str> = l.split_whitespace().collect();
+        sun(number(words[6]), number(words[7]), number(words[8]))
+    };
+    text.lines().filter(|l| l.contains(" source ")).map(line).collect()
+}
+
+fn sum(m: &Matrix<f32>, column: usize) -> f64 {
+    sum_of(m, column, &(0..m.rows()).collect::<Vec<_>>())
+}
+
+fn sum_of(m: &Matrix<f32>, column: usize, rows: &[usize]) -> f64 {
+    rows.iter().map(|&r| f64::from(m.at(r, column)[0])).sum()
+}
+
+#[test]
+fn suns_that_fill_a_patch_give_the_three_phase_direct_part_of_a_klems_pane() {
+    const SIDE: usize = 6;
+    let (Some(device), Some(shared)) = (Device::for_tests("sun through panes"), testing::shared()) else { return };
+    let folder = shared.join("data/tutorial_room");
+    let (scene, w, sensors) = tutorial(&folder);
+    // Every third sensor: 34 from the window to the back.
+    let rows: Vec<usize> = (0..sensors.len()).step_by(3).collect();
+    let sensors: Vec<Sensor> = rows.iter().map(|r| sensors[*r]).collect();
+    let bsdf = read(&folder.join("bsdf/blinds_correct_klems.xml"), &mut Warnings::new()).unwrap();
+    let t = transmission_matrix(&bsdf).unwrap();
+    let matrix = |name: &str| read_matrix(&shared.join("data/reference/fivephase").join(name)).unwrap().matrix;
+    let (vd, dd, theirs) = (matrix("Vd.mtx"), matrix("Dd.mtx"), matrix("CdsSelV_K.mtx"));
+    let panes = [(w, PaneBsdf::Bsdf(Scattering::new(&bsdf).unwrap()))];
+    let sky = ReinhartSky::new(1).unwrap();
+    let options = PaneOptions { cells: 256, ..PaneOptions::default() };
+    let single = compute(&device, &scene, &panes, &sensors, &reference_suns(&shared), &options, &Silent).unwrap();
+    let (mut all, mut all_three, mut all_single, mut all_theirs) = (0.0, 0.0, 0.0, 0.0);
+    for (column, sun) in reference_suns(&shared).iter().enumerate() {
+        let patch = sky.bin_of(sun.direction);
+        let ([low, high], [first, last]) = sky.limits(patch);
+        let suns: Vec<Sun> = (0..SIDE * SIDE)
+            .map(|k| {
+                let at = |i: usize| (i as f64 + 0.5) / SIDE as f64;
+                let z = low.sin() + (high.sin() - low.sin()) * at(k / SIDE);
+                let azimuth = first + (last - first) * at(k % SIDE);
+                let r = (1.0 - z * z).sqrt();
+                Sun::new(DVec3::new(r * azimuth.sin(), r * azimuth.cos(), z))
+            })
+            .collect();
+        assert!(suns.iter().all(|s| sky.bin_of(s.direction) == patch));
+        let found = compute(&device, &scene, &panes, &sensors, &suns, &options, &Silent).unwrap();
+        let ours = (0..suns.len()).map(|c| sum(&found.total, c)).sum::<f64>() / suns.len() as f64;
+        let mut three = 0.0;
+        for &r in &rows {
+            for o in 0..145 {
+                let inner: f64 = (0..145).map(|i| t.at(o, i)[0] * f64::from(dd.at(i, patch)[0])).sum();
+                three += f64::from(vd.at(r, o)[0]) * inner;
+            }
+        }
+        three *= sun.solid_angle() / sky.solid_angle(patch);
+        println!(
+            "sun {column}: patch {patch}, ours / three-phase {:.4}; the single sun / three-phase {:.3}, Radiance's {:.3}",
+            ours / three,
+            sum(&single.total, column) / three,
+            sum_of(&theirs, column, &rows) / three
+        );
+        (all, all_three) = (all + ours, all_three + three);
+        (all_single, all_theirs) = (all_single + sum(&single.total, column), all_theirs + sum_of(&theirs, column, &rows));
+    }
+    println!("all: {:.4}; single {:.3}, Radiance's {:.3}", all / all_three, all_single / all_three, all_theirs / all_three);
+    assert!((all / all_three - 1.0).abs() < 0.02, "{all} {all_three}");
+}
+
+/// Repeats of a sensor in `rcontrib`, whose spread is its error.
+const REPEATS: usize = 6;
+
+/// `rcontrib` with the pane as a BSDF, its direct calculation without blurring (`-ss 0`): mean and standard error `[sensor][sun]`, and CPU seconds.
+fn rcontrib(shared: &std::path::Path, bsdf: &Bsdf, sensors: &[Sensor], divisions: usize, blur: &str) -> Option<(Vec<[f64; 2]>, f64)> {
+    let folder = tempfile::tempdir().unwrap();
+    let data = shared.join("data");
+    let file = |name: &str| folder.path().join(name);
+    write(Some(&file("pane.xml")), bsdf, "").unwrap();
+    let glazing = std::fs::read_to_string(data.join("reference/fivephase/GlazingT4.rad")).unwrap();
+    let glazing = glazing.replace("../../tutorial_room/bsdf/blinds_correct_t4.xml", file("pane.xml").to_str().unwrap());
+    std::fs::write(file("pane.rad"), glazing).unwrap();
+    let suns = data.join("reference/fivephase/suns_sel.rad");
+    let mut oconv = testing::radiance("oconv")?;
+    oconv.current_dir(data.join("tutorial_room")).args(["-f", "materialBlack.rad", "roomBlack.rad"]).arg(file("pane.rad")).arg(&suns);
+    std::fs::write(file("room.oct"), testing::output(&mut oconv)).unwrap();
+    let line = |s: &Sensor| {
+        let (p, d) = (s.position, s.direction);
+        format!("{} {} {} {} {} {}\n", p.x, p.y, p.z, d.x, d.y, d.z).repeat(REPEATS)
+    };
+    std::fs::write(file("points"), sensors.iter().map(line).collect::<String>()).unwrap();
+    let mut command = testing::radiance("rcontrib")?;
+    command.args(["-h", "-V+", "-I+", "-ab", "1", "-lw", "1e-8", "-dc", "1", "-dt", "0", "-dj", "0", "-st", "1", "-ss", blur]);
+    command.args(["-ad", &divisions.to_string(), "-M"]).arg(data.join("reference/fivephase/suns_sel.mod")).arg(file("room.oct"));
+    command.stdin(std::fs::File::open(file("points")).unwrap());
+    let before = children_seconds();
+    let text = String::from_utf8(testing::output(&mut command)).unwrap();
+    let seconds = children_seconds() - before;
+    let values: Vec<f64> = text.split_whitespace().map(|w| w.parse::<f64>().unwrap() / 1e6).collect();
+    let columns = values.len() / 3 / sensors.len() / REPEATS;
+    let cell = |k: usize| {
+        let repeats: Vec<f64> = (0..REPEATS).map(|r| values[((k / columns * REPEATS + r) * columns + k % columns) * 3]).collect();
+        let (mean, error) = mean_and_error(&repeats);
+        [mean, error]
+    };
+    Some(((0..sensors.len() * columns).map(cell).collect(), seconds))
+}
+
+/// User time of the children waited for, seconds.
+fn children_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let after = stat.rsplit(')').next().unwrap_or_default();
+    after.split_whitespace().nth(13).and_then(|w| w.parse::<f64>().ok()).unwrap_or(0.0) / 100.0
+}
+
+/// Own user time, seconds.
+fn own_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let after = stat.rsplit(')').next().unwrap_or_default();
+    after.split_whitespace().nth(11).and_then(|w| w.parse::<f64>().ok()).unwrap_or(0.0) / 100.0
+}
+
+#[test]
+fn panes_of_either_kind_agree_with_rcontrib() {
+    let (Some(device), Some(shared)) = (Device::for_tests("sun through panes"), testing::shared()) else { return };
+    let (scene, w, sensors) = tutorial(&shared.join("data/tutorial_room"));
+    let sensors: Vec<Sensor> = sensors.into_iter().step_by(9).collect();
+    let suns = reference_suns(&shared);
+    for name in ["blinds_correct_klems.xml", "blinds_correct_t4.xml"] {
+        let mut bsdf = read(&shared.join("data/tutorial_room/bsdf").join(name), &mut Warnings::new()).unwrap();
+        // One transmission only, so that there is no choice between two that differ.
+        bsdf.visible.transmission_back = None;
+        bsdf.solar = Blocks::default();
+        let Some((theirs, seconds)) = rcontrib(&shared, &bsdf, &sensors, 16384, "0") else { return };
+        let panes = [(w.clone(), PaneBsdf::Bsdf(Scattering::new(&bsdf).unwrap()))];
+        let before = own_seconds();
+        let found = compute(&device, &scene, &panes, &sensors, &suns, &PaneOptions::default(), &Silent).unwrap();
+        let own = own_seconds() - before;
+        let (mut chi, mut cells, mut ratio) = (0.0, 0.0, [0.0; 2]);
+        let mut errors = [0.0; 2];
+        for (k, [mean, error]) in theirs.iter().enumerate() {
+            let (row, column) = (k / suns.len(), k % suns.len());
+            let value = f64::from(found.total.at(row, column)[0]);
+            let own_error = f64::from(found.standard_error.at(row, column)[0]);
+            ratio = [ratio[0] + value, ratio[1] + mean];
+            errors = [errors[0] + own_error * own_error, errors[1] + error * error];
+            if *mean > 1e-9 {
+                // Radiance's values are changed by up to 3e-4.
+                chi += (value - mean).powi(2) / (error * error + own_error * own_error + (5e-4 * mean).powi(2));
+                cells += 1.0;
+            }
+        }
+        let efficiency = errors[1] * seconds / (errors[0] * own.max(0.01));
+        println!(
+            "{name}: ours / rcontrib {:.4}, χ² {:.2} per cell; standard error {:.1e} in {own:.2} s against {:.1e} in {seconds:.2} s, {efficiency:.0} times as efficient",
+            ratio[0] / ratio[1],
+            chi / cells,
+            errors[0].sqrt(),
+            errors[1].sqrt()
+        );
+        let combined = (errors[0] + errors[1]).sqrt();
+        assert!((ratio[0] - ratio[1]).abs() < 3.0 * combined + 0.01 * ratio[1], "{ratio:?} ± {combined}");
+        // Errors from few repeats have heavy tails.
+        assert!(chi / cells < 3.0, "{name}: {}", chi / cells);
+    }
+}

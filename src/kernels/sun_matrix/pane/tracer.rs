@@ -1,0 +1,315 @@
+//! Runs the pane kernels over tiles of suns and receivers.
+
+use super::tables::{pane_cells, sun_record};
+use super::{FacadePoint, Pane, PaneBsdf, PaneCell, PaneEnd, PaneOptions, PaneParams, PaneSun, PaneSunRecord, Sun};
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Device, Kernel, Plan};
+use crate::kernels::bsdf_scattering::{PackedBsdfs, Tables};
+use crate::kernels::light_paths::{Receiver, finish_dispatch};
+use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::kernels::view_matrix::mean_and_error;
+use crate::matrix::Matrix;
+use crate::progress::{Progress, cancelled};
+use crate::scene::points::Sensor;
+use crate::scene::{Scene, Window};
+use glam::Vec3;
+
+/// The scene on the device, and the suns that can reach a pane.
+pub(super) struct PaneTracer<'d> {
+    device: &'d Device,
+    options: PaneOptions,
+    pub(super) tables: TraceTables,
+    scene: TraceScene,
+    glass: f64,
+    panes: Vec<Pane>,
+    cells: Vec<PaneCell>,
+    words: PackedBsdfs,
+    /// Columns of the suns traced, and their records `[sun][pane]`.
+    active: Vec<usize>,
+    suns: Vec<PaneSunRecord>,
+    scatters: bool,
+    is_clear: bool,
+}
+
+/// Buffers that every kernel of this module binds.
+struct Shared {
+    panes: Buffer,
+    cells: Buffer,
+    words: Buffer,
+    counters: Buffer,
+}
+
+impl<'d> PaneTracer<'d> {
+    pub(super) fn new(
+        device: &'d Device,
+        scene: &Scene,
+        windows: &[(Window, PaneBsdf)],
+        suns: &[Sun],
+        options: &PaneOptions,
+    ) -> Result<Self> {
+        if options.batches < 2 {
+            return Err(Error::new("at least two batches are needed for a standard error"));
+        }
+        let shapes: Vec<Window> = windows.iter().map(|(w, _)| w.clone()).collect();
+        let tables = TraceTables::new(scene, &shapes, WindowSurfaces::Open)?;
+        let mut words = PackedBsdfs::new();
+        let mut panes = Vec::new();
+        for ((window, bsdf), record) in windows.iter().zip(&tables.windows) {
+            let at = |e: Error| e.file(&window.origin.file).line(window.origin.line);
+            let first = bsdf.scattering().map(|s| words.push(s, Tables::Evaluate)).transpose().map_err(at)?;
+            panes.push(Pane {
+                x: record.x,
+                words: first.unwrap_or(u32::MAX),
+                y: record.y,
+                first_triangle: record.first_triangle,
+                z: record.z,
+                triangles: record.triangles,
+                tint: bsdf.tint().map(|v| v as f32),
+                padding: 0,
+            });
+        }
+        let (mut active, mut records) = (Vec::new(), Vec::new());
+        for (column, sun) in suns.iter().enumerate() {
+            let Some(direction) = sun.direction.try_normalize() else {
+                return Err(Error::new(format!("sun {} has no direction", column + 1)));
+            };
+            if windows.iter().any(|(w, _)| direction.dot(w.frame.z) < 0.0) {
+                active.push(column);
+                records.extend(windows.iter().map(|(w, bsdf)| sun_record(sun, w, bsdf)));
+            }
+        }
+        let glass = f64::from(u8::from(tables.features.glass));
+        Ok(Self {
+            scene: tables.upload(device)?,
+            cells: pane_cells(&shapes, &tables, options),
+            device,
+            options: *options,
+            glass,
+            panes,
+            words,
+            scatters: windows.iter().any(|(_, b)| b.scattering().is_some()),
+            is_clear: records.iter().any(|r| r.clear != [0.0; 3]),
+            active,
+            suns: records,
+            tables,
+        })
+    }
+
+    pub(super) fn empty(&self, rows: usize, columns: usize) -> PaneSun {
+        let zeros = || Matrix::zeros(rows, columns, 3);
+        PaneSun { total: zeros(), clear: zeros(), standard_error: zeros(), statistics: TraceStatistics::default() }
+    }
+
+    pub(super) fn receiver(&self, number: usize, sensor: &Sensor) -> Receiver {
+        let normal = sensor.direction.normalize().as_vec3();
+        let position = self.tables.normalization.point(sensor.position);
+        let beside: Vec3 = position + normal * (1e-5 * (position.abs().max_element() + 0.5));
+        Receiver { position: beside.to_array(), number: number as u32, normal: normal.to_array(), padding1: 0 }
+    }
+
+    fn params(&self, receivers: usize, suns: usize) -> PaneParams {
+        PaneParams {
+            seed: stream_seed(self.options.seed, 0, 0x7061_6e65),
+            receivers: receivers as u32,
+            suns: suns as u32,
+            cells: (self.cells.len() / self.options.batches as usize) as u32,
+            batches: self.options.batches,
+            panes: self.panes.len() as u32,
+            disc_samples: self.options.disc_samples.max(1),
+            padding: 0,
+        }
+    }
+
+    fn shared(&self) -> Result<Shared> {
+        Ok(Shared {
+            panes: self.device.upload("panes", &self.panes)?,
+            cells: self.device.upload("cells of the panes", &self.cells)?,
+            words: self.device.upload("BSDFs", self.words.words())?,
+            counters: self.device.zeros::<Counters>("path counters", 1)?,
+        })
+    }
+
+    fn kernel(&self, path: &str) -> Result<Kernel> {
+        Kernel::new(self.device, path, &[], &[("HAS_GLASS", self.glass)])
+    }
+
+    /// Runs a kernel and checks that all of it ran.
+    #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
+    fn dispatch(
+        &self,
+        kernel: &Kernel,
+        traces: bool,
+        own: &[(&str, &Buffer)],
+        shared: &Shared,
+        grid: [usize; 3],
+        what: &str,
+        statistics: &mut TraceStatistics,
+    ) -> Result<()> {
+        self.device.write(&shared.counters, &[Counters::default()])?;
+        let mut own = own.to_vec();
+        own.push(("counters", &shared.counters));
+        let bind = kernel.bind(&if traces { self.scene.bindings(&own) } else { own })?;
+        self.device.dispatch(kernel, &bind, [grid[0].div_ceil(64) as u32, grid[1] as u32, grid[2] as u32])?;
+        finish_dispatch(self.device, &shared.counters, (grid[0] * grid[1] * grid[2]) as u64, what, statistics)?;
+        Ok(())
+    }
+
+    pub(super) fn run(&self, receivers: &[Receiver], result: &mut PaneSun, progress: &dyn Progress) -> Result<()> {
+        let (all, panes) = (self.cells.len(), self.panes.len());
+        let batches = self.options.batches as usize;
+        let kernels = [
+            self.kernel("trace/pane_suns")?,
+            self.kernel("trace/pane_receivers")?,
+            Kernel::new(self.device, "trace/pane_gather", &[], &[])?,
+        ];
+        let clear = self.kernel("trace/pane_clear")?;
+        let shared = self.shared()?;
+        let sun_bytes = (all * size_of::<PaneEnd>()) as u64;
+        let suns = Plan::new(self.device, self.options.memory / 2, self.active.len(), &[sun_bytes], &[], 1)?.at_most(MOST_ROWS);
+        let cells = (suns.rows_per_chunk() * batches * 12) as u64;
+        let rows =
+            Plan::new(self.device, self.options.memory / 2, receivers.len(), &[sun_bytes / 2, cells, cells], &[], 1)?.at_most(MOST_ROWS);
+        let steps = (self.active.len() * receivers.len()).max(1) as f64;
+        let mut done = 0usize;
+        for sun_chunk in suns.chunks() {
+            let records = &self.suns[sun_chunk.first * panes..(sun_chunk.first + sun_chunk.count) * panes];
+            let sun_buffer = self.device.upload("suns", records)?;
+            let sun_ends = self.device.zeros::<PaneEnd>("suns at cells", if self.scatters { sun_chunk.count * all } else { 0 })?;
+            if self.scatters {
+                let params = self.device.uniform("parameters", &self.params(0, sun_chunk.count))?;
+                let own = [
+                    ("params", &params),
+                    ("panes", &shared.panes),
+                    ("cells", &shared.cells),
+                    ("suns", &sun_buffer),
+                    ("ends", &sun_ends),
+                    ("bsdf_words", &shared.words),
+                ];
+                self.dispatch(&kernels[0], true, &own, &shared, [all, sun_chunk.count, 1], "suns at panes", &mut result.statistics)?;
+            }
+            for chunk in rows.chunks() {
+                progress.update("sun matrix through panes", done as f64 / steps);
+                if progress.stop_requested() {
+                    return Err(cancelled());
+                }
+                let tile = &receivers[chunk.first..chunk.first + chunk.count];
+                let receiver_buffer = self.device.upload("receivers", tile)?;
+                let params = self.device.uniform("parameters", &self.params(tile.len(), sun_chunk.count))?;
+                let cells = batches * sun_chunk.count * tile.len() * 3;
+                let sums = self.device.zeros::<f32>("sun matrix", cells)?;
+                let grid = [tile.len(), sun_chunk.count, batches];
+                let mut parts: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
+                if self.scatters {
+                    let passed = self.device.zeros::<[f32; 4]>("receivers at cells", tile.len() * all)?;
+                    let own = [
+                        ("params", &params),
+                        ("panes", &shared.panes),
+                        ("cells", &shared.cells),
+                        ("receivers", &receiver_buffer),
+                        ("passed", &passed),
+                    ];
+                    self.dispatch(&kernels[1], true, &own, &shared, [tile.len(), all, 1], "receivers at panes", &mut result.statistics)?;
+                    let own = [
+                        ("params", &params),
+                        ("panes", &shared.panes),
+                        ("cells", &shared.cells),
+                        ("suns", &sun_buffer),
+                        ("passed", &passed),
+                        ("receivers", &receiver_buffer),
+                        ("sun_ends", &sun_ends),
+                        ("bsdf_words", &shared.words),
+                        ("sums", &sums),
+                    ];
+                    self.dispatch(&kernels[2], false, &own, &shared, grid, "gathering over panes", &mut result.statistics)?;
+                    parts[0] = self.device.read_finite(&sums)?;
+                }
+                if self.is_clear {
+                    let own = [
+                        ("params", &params),
+                        ("panes", &shared.panes),
+                        ("receivers", &receiver_buffer),
+                        ("suns", &sun_buffer),
+                        ("sums", &sums),
+                    ];
+                    self.dispatch(&clear, true, &own, &shared, grid, "suns seen through panes", &mut result.statistics)?;
+                    parts[1] = self.device.read_finite(&sums)?;
+                }
+                self.collect(&parts, chunk.first, tile.len(), sun_chunk.first, sun_chunk.count, result);
+                done += tile.len() * sun_chunk.count;
+            }
+        }
+        progress.update("sun matrix through panes", 1.0);
+        Ok(())
+    }
+
+    pub(super) fn run_facade(&self, points: &[FacadePoint], result: &mut PaneSun, progress: &dyn Progress) -> Result<()> {
+        if !self.scatters {
+            return Ok(());
+        }
+        let (panes, batches) = (self.panes.len(), self.options.batches as usize);
+        let kernel = self.kernel("trace/pane_facade")?;
+        let shared = self.shared()?;
+        let suns =
+            Plan::new(self.device, u64::MAX, self.active.len(), &[(panes * size_of::<PaneSunRecord>()) as u64], &[], 1)?.at_most(256);
+        let cells = (suns.rows_per_chunk() * batches * 12) as u64;
+        let rows = Plan::new(self.device, self.options.memory / 2, points.len(), &[cells, cells], &[], 1)?;
+        let steps = (self.active.len() * points.len()).max(1) as f64;
+        let mut done = 0usize;
+        for sun_chunk in suns.chunks() {
+            let records = &self.suns[sun_chunk.first * panes..(sun_chunk.first + sun_chunk.count) * panes];
+            let sun_buffer = self.device.upload("suns", records)?;
+            for chunk in rows.chunks() {
+                progress.update("suns on the façade", done as f64 / steps);
+                if progress.stop_requested() {
+                    return Err(cancelled());
+                }
+                let tile = &points[chunk.first..chunk.first + chunk.count];
+                let tile_buffer = self.device.upload("façade points", tile)?;
+                let params = self.device.uniform("parameters", &self.params(tile.len(), sun_chunk.count))?;
+                let sums = self.device.zeros::<f32>("façade", batches * sun_chunk.count * tile.len() * 3)?;
+                let own = [
+                    ("params", &params),
+                    ("panes", &shared.panes),
+                    ("points", &tile_buffer),
+                    ("suns", &sun_buffer),
+                    ("sums", &sums),
+                    ("bsdf_words", &shared.words),
+                ];
+                let grid = [tile.len(), sun_chunk.count, batches];
+                self.dispatch(&kernel, true, &own, &shared, grid, "suns on the façade", &mut result.statistics)?;
+                let parts = [self.device.read_finite(&sums)?, Vec::new()];
+                self.collect(&parts, chunk.first, tile.len(), sun_chunk.first, sun_chunk.count, result);
+                done += tile.len() * sun_chunk.count;
+            }
+        }
+        progress.update("suns on the façade", 1.0);
+        Ok(())
+    }
+
+    /// Means and standard errors of a tile's batches, `[batch][sun][row][rgb]`.
+    fn collect(&self, parts: &[Vec<f32>; 2], first: usize, rows: usize, first_sun: usize, suns: usize, result: &mut PaneSun) {
+        let batches = self.options.batches as usize;
+        let mut values = vec![0.0; batches];
+        for sun in 0..suns {
+            let column = self.active[first_sun + sun];
+            for row in 0..rows {
+                for c in 0..3 {
+                    let cell = |batch: usize| ((batch * suns + sun) * rows + row) * 3 + c;
+                    let part = |k: usize, batch: usize| parts[k].get(cell(batch)).copied().map_or(0.0, f64::from);
+                    let mut clear = 0.0;
+                    for (batch, value) in values.iter_mut().enumerate() {
+                        clear += part(1, batch) / batches as f64;
+                        *value = part(0, batch) + part(1, batch);
+                    }
+                    let (mean, error) = mean_and_error(&values);
+                    result.total.at_mut(first + row, column)[c] = mean as f32;
+                    result.clear.at_mut(first + row, column)[c] = clear as f32;
+                    result.standard_error.at_mut(first + row, column)[c] = error as f32;
+                }
+            }
+        }
+    }
+}
+
+/// Most rows of a tile: dispatches have no more than 65535 workgroups along an axis.
+const MOST_ROWS: usize = 1 << 14;

@@ -1,0 +1,163 @@
+//! f64 reference of the sun matrix: every triangle is met, the disc is covered by a dense spiral, the
+//! scattered part follows from its definition by plain sampling.
+
+use super::Sun;
+use crate::kernels::trace::reference::{Estimate, Random, glass_pane};
+use crate::scene::{MaterialKind, Scene, Window};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// Distance to a triangle.
+pub fn intersect(t: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
+    let (e1, e2) = (t[1] - t[0], t[2] - t[0]);
+    let p = direction.cross(e2);
+    let det = e1.dot(p);
+    if det.abs() < 1e-14 {
+        return None;
+    }
+    let s = origin - t[0];
+    let u = s.dot(p) / det;
+    let q = s.cross(e1);
+    let v = direction.dot(q) / det;
+    let distance = e2.dot(q) / det;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 1e-7).then_some(distance)
+}
+
+/// Share of light that passes every surface in its way.
+pub fn transmittance(scene: &Scene, origin: DVec3, direction: DVec3) -> [f64; 3] {
+    let mut passed = [1.0; 3];
+    for t in &scene.triangles {
+        if intersect(&t.vertices, origin, direction).is_none() {
+            continue;
+        }
+        let [a, b, c] = t.vertices;
+        let cosine = (b - a).cross(c - a).normalize().dot(direction).abs();
+        let through = match scene.materials[t.material.0 as usize].kind {
+            MaterialKind::Glass { transmissivity, refraction_index } => glass_pane(transmissivity, refraction_index, cosine).0,
+            MaterialKind::Trans { color, specularity, roughness: 0.0, transmissivity, transmitted_specularity } => {
+                let fresnel = if specularity >= 0.018 { (-5.85 * cosine).exp() - (-5.85f64).exp() } else { 0.0 };
+                color.map(|c| c * transmissivity * (1.0 - specularity) * transmitted_specularity * (1.0 - fresnel))
+            }
+            MaterialKind::Void => [1.0; 3],
+            _ => [0.0; 3],
+        };
+        for (p, t) in passed.iter_mut().zip(through) {
+            *p *= t;
+        }
+    }
+    passed
+}
+
+fn leaves(windows: &[Window], origin: DVec3, direction: DVec3) -> bool {
+    windows.is_empty()
+        || windows.iter().any(|w| direction.dot(w.frame.z) < 0.0 && w.triangles.iter().any(|t| intersect(t, origin, direction).is_some()))
+}
+
+/// Points of a sun's disc, evenly spread (golden spiral).
+pub fn disc(sun: &Sun, points: usize) -> Vec<DVec3> {
+    let x = sun.direction.any_orthonormal_vector();
+    let y = sun.direction.cross(x);
+    (0..points)
+        .map(|i| {
+            let radius = sun.radius * ((i as f64 + 0.5) / points as f64).sqrt();
+            let phi = TAU * 0.618_033_988_749_895 * i as f64;
+            (sun.direction + (x * phi.cos() + y * phi.sin()) * radius.tan()).normalize()
+        })
+        .collect()
+}
+
+/// Straight coefficient of one sun, sr.
+pub fn direct(scene: &Scene, windows: &[Window], position: DVec3, normal: DVec3, sun: &Sun, points: usize) -> [f64; 3] {
+    let normal = normal.normalize();
+    let mut sum = [0.0; 3];
+    for direction in disc(sun, points) {
+        let cosine = direction.dot(normal);
+        if cosine > 0.0 && leaves(windows, position, direction) {
+            let passed = transmittance(scene, position, direction);
+            for (s, p) in sum.iter_mut().zip(passed) {
+                *s += p * cosine * sun.solid_angle() / points as f64;
+            }
+        }
+    }
+    sum
+}
+
+/// A point of the windows, uniform in area; the normal there, and the area of all.
+fn point_on(windows: &[Window], random: &mut Random) -> (DVec3, DVec3, f64) {
+    let all: Vec<(&[DVec3; 3], DVec3)> = windows.iter().flat_map(|w| w.triangles.iter().map(|t| (t, w.frame.z))).collect();
+    let area = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).length() / 2.0;
+    let total: f64 = all.iter().map(|(t, _)| area(t)).sum();
+    let mut pick = random.next() * total;
+    let mut chosen = all[all.len() - 1];
+    for candidate in &all {
+        if pick < area(candidate.0) {
+            chosen = *candidate;
+            break;
+        }
+        pick -= area(candidate.0);
+    }
+    let (u, v) = (random.next().sqrt(), random.next());
+    let [a, b, c] = chosen.0;
+    (*a * (1.0 - u) + *b * (u * (1.0 - v)) + *c * (u * v), chosen.1, total)
+}
+
+/// Scattered coefficient of one sun by diffuse surfaces, sr: paths from the receiver through points of
+/// the windows.
+#[allow(clippy::too_many_arguments, reason = "a definition, spelled out")]
+pub fn scattered(
+    scene: &Scene,
+    windows: &[Window],
+    position: DVec3,
+    normal: DVec3,
+    sun: &Sun,
+    bounces: u32,
+    samples: usize,
+    seed: u64,
+) -> Estimate {
+    let mut estimate = Estimate::default();
+    let mut random = Random(seed);
+    for _ in 0..samples {
+        let (mut origin, mut facing) = (position, normal.normalize());
+        let mut weight = 0.0;
+        let mut value = 0.0;
+        for bounce in 0..bounces {
+            let direction;
+            if bounce == 0 {
+                // Irradiance through the window: an integral over its area.
+                let (point, inward, area) = point_on(windows, &mut random);
+                let to = point - origin;
+                direction = to.normalize();
+                let cosines = direction.dot(facing).max(0.0) * (-direction.dot(inward)).max(0.0);
+                weight = cosines * area / to.length_squared();
+            } else {
+                let (r2, phi) = (random.next(), TAU * random.next());
+                let x = facing.any_orthonormal_vector();
+                let y = facing.cross(x);
+                direction = (x * (r2.sqrt() * phi.cos()) + y * (r2.sqrt() * phi.sin()) + facing * (1.0 - r2).sqrt()).normalize();
+            }
+            if weight <= 0.0 {
+                break;
+            }
+            let mut nearest = (f64::INFINITY, None);
+            for t in &scene.triangles {
+                if let Some(distance) = intersect(&t.vertices, origin, direction).filter(|d| *d < nearest.0) {
+                    nearest = (distance, Some(t));
+                }
+            }
+            let (distance, Some(t)) = nearest else { break };
+            let MaterialKind::Plastic { color, specularity: 0.0, .. } = scene.materials[t.material.0 as usize].kind else { break };
+            let [a, b, c] = t.vertices;
+            let n = (b - a).cross(c - a).normalize();
+            facing = if n.dot(direction) < 0.0 { n } else { -n };
+            origin += direction * distance + facing * 1e-6;
+            weight *= color[0];
+            let towards = disc(sun, 64)[(random.next() * 64.0) as usize];
+            let cosine = towards.dot(facing);
+            if cosine > 0.0 {
+                value += weight / PI * cosine * sun.solid_angle() * transmittance(scene, origin, towards)[0];
+            }
+        }
+        estimate.add(value);
+    }
+    estimate
+}

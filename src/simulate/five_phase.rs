@@ -1,0 +1,305 @@
+//! The five-phase method: `I = V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun`.
+//!
+//! Of windows with a shade the direct sun is taken out of the three-phase product (Vd·T·Dd·Sds: what
+//! comes straight from the sun's patches through the window to the receiver) and put back in sharply
+//! (Cds·Ssun: the sun traced through the shade's real geometry). Vd and Dd come from the same rays as
+//! V and D and are never larger, so the first two terms are evaluated together as
+//! `V·T·D·Ssky + (V·T·D − Vd·T·Dd)·Sds` with `S = Ssky + Sds`: no cancellation, nothing negative.
+//! Windows without shade stay as in three phases.
+
+use super::fingerprint::Fingerprint;
+use super::inputs::Inputs;
+use super::multiply;
+use super::presets::sun_options;
+use super::project::Project;
+use super::results::{self, Addition};
+use super::run::split;
+use super::shade::{self, Shade, black_model};
+use super::store::{Store, software};
+use super::suns::{SunCensus, SunSet};
+use crate::error::{Error, Result, Warnings};
+use crate::gpu::Device;
+use crate::kernels::product::Multiplier;
+use crate::kernels::sun_matrix::geometry::{Openings, SunMatrix, compute};
+use crate::kernels::trace::TraceStatistics;
+use crate::matrix::Matrix;
+use crate::matrix::file::{Format, write_matrix};
+use crate::progress::Progress;
+use crate::scene::Window;
+use crate::scene::points::Sensor;
+use crate::sky::{SkyOptions, sky_matrix};
+use crate::units::ILLUMINANCE_WEIGHTS;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// What the sun phase is computed from.
+pub struct Phase<'a> {
+    /// Device that traces.
+    pub device: &'a Device,
+    /// Method and quality.
+    pub project: &'a Project,
+    /// Scene, windows with their shades, sensors, weather.
+    pub inputs: &'a Inputs,
+    /// Where results go.
+    pub store: &'a Store,
+    /// Progress.
+    pub progress: &'a dyn Progress,
+}
+
+/// The terms of five phases that three have not.
+pub struct FivePhase<'a> {
+    inputs: &'a Inputs,
+    store: &'a Store,
+    suns: SunSet,
+    matrix: SunMatrix,
+    /// S without the sun's patches, and the sun's patches alone; nothing if there is no sun.
+    skies: Option<(Matrix<f32>, Matrix<f32>)>,
+    /// T·Dd of windows with a shade, zeros for all others; rows as V's columns.
+    transmitted_direct: Matrix<f64>,
+    /// Illuminance of Vd·T·Dd·Sds and Cds·Ssun once they are known, `[sensor][hour]`, lx.
+    direct_and_sun: std::sync::OnceLock<(Matrix<f32>, Matrix<f32>)>,
+}
+
+/// Windows whose sun is traced, with the corners of their shades.
+pub fn shaded_windows(inputs: &Inputs) -> Vec<(Window, Vec<DVec3>)> {
+    inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.shade.as_ref()?.corners()))).collect()
+}
+
+/// The shades of all windows.
+pub fn shades(inputs: &Inputs) -> impl Iterator<Item = &Shade> {
+    inputs.windows.iter().filter_map(|w| w.shade.as_ref())
+}
+
+impl<'a> Phase<'a> {
+    /// Suns, their matrix (or the one of an earlier run) and the skies with and without sun. Returns
+    /// the work done, if any was.
+    ///
+    /// # Errors
+    /// Failures of device and file system, or when stopped.
+    pub fn compute(
+        &self,
+        mut fingerprint: Fingerprint,
+        daylight_direct: &[Matrix<f32>],
+        warnings: &mut Warnings,
+    ) -> Result<(FivePhase<'a>, Option<TraceStatistics>)> {
+        let (project, inputs) = (self.project, self.inputs);
+        let shaded = shaded_windows(inputs);
+        let windows: Vec<Window> = shaded.iter().map(|(w, _)| w.clone()).collect();
+        let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
+        shade::warn_of_mirrors(shades(inputs), warnings);
+        let sensors: Vec<Sensor> = inputs.sensors.iter().flat_map(|g| &g.sensors).copied().collect();
+        let options = sun_options(project);
+        fingerprint.add(&sensors).add(&options).add(&suns.suns);
+        for (window, corners) in &shaded {
+            fingerprint.add(&(&window.triangles, &window.frame)).add(corners);
+        }
+        for shade in shades(inputs) {
+            fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
+        }
+        let kept = self.kept(fingerprint, suns.suns.len());
+        let traced = kept.is_none();
+        let matrix = match kept {
+            Some(matrix) => matrix,
+            None => {
+                let scene = black_model(&inputs.scene, shades(inputs));
+                let matrix = compute(self.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, self.progress)?;
+                self.keep(&matrix, fingerprint)?;
+                self.write_suns(&suns)?;
+                matrix
+            }
+        };
+        let statistics = traced.then_some(matrix.statistics);
+        let skies = (suns.census.hours > 0 || suns.census.hours_below_horizon > 0).then(|| self.skies()).transpose()?;
+        let transmitted_direct = {
+            let columns = project.method.sky.len();
+            let mut data = Vec::new();
+            for (window, d) in inputs.windows.iter().zip(daylight_direct) {
+                match &window.shade {
+                    Some(_) => data.extend(results::multiply(&window.transmission, d).into_data()),
+                    None => data.resize(data.len() + window.window.basis.len() * columns * 3, 0.0),
+                }
+            }
+            Matrix::from_data(inputs.bins(), columns, 3, data)?
+        };
+        let five =
+            FivePhase { inputs, store: self.store, suns, matrix, skies, transmitted_direct, direct_and_sun: std::sync::OnceLock::new() };
+        Ok((five, statistics))
+    }
+
+    fn skies(&self) -> Result<(Matrix<f32>, Matrix<f32>)> {
+        let options = SkyOptions { subdivision: self.project.method.sky.subdivision(), ..SkyOptions::default() };
+        let weather = &self.inputs.weather;
+        let sky = sky_matrix(weather, &SkyOptions { sun: false, ..options.clone() }, self.progress)?;
+        let sun = sky_matrix(weather, &SkyOptions { sky: false, ..options }, self.progress)?;
+        Ok((sky, sun))
+    }
+
+    const PARTS: [&'static str; 4] = ["", "_direct", "_direct_standard_error", "_scattered_standard_error"];
+
+    fn keep(&self, matrix: &SunMatrix, inputs: Fingerprint) -> Result<()> {
+        let all = [&matrix.total, &matrix.direct, &matrix.direct_error, &matrix.scattered_error];
+        for (suffix, part) in Self::PARTS.iter().zip(all) {
+            for (group, rows) in self.inputs.sensors.iter().zip(split(part, &self.inputs.sensors)) {
+                let about = "sun matrix, rows sensors, columns the suns of suns.rad";
+                self.store.save(&format!("C_{}{suffix}", group.name), &rows, inputs, about)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn kept(&self, inputs: Fingerprint, suns: usize) -> Option<SunMatrix> {
+        let together = |suffix: &str| {
+            let (mut data, mut rows) = (Vec::new(), 0);
+            for group in &self.inputs.sensors {
+                let part = self.store.load(&format!("C_{}{suffix}", group.name), inputs, (group.sensors.len(), suns, 3))?;
+                rows += part.rows();
+                data.extend(part.into_data());
+            }
+            Matrix::from_data(rows, suns, 3, data).ok()
+        };
+        let [total, direct, direct_error, scattered_error] = Self::PARTS.map(together);
+        let statistics = TraceStatistics::default();
+        Some(SunMatrix { total: total?, direct: direct?, direct_error: direct_error?, scattered_error: scattered_error?, statistics })
+    }
+
+    /// The suns in the order of Cds's columns, as a scene file for `rcontrib -M`.
+    fn write_suns(&self, suns: &SunSet) -> Result<()> {
+        let path = self.store.suns_path();
+        crate::files::write_atomically(&path, |out| {
+            for (column, sun) in suns.columns.iter().zip(&suns.suns) {
+                let (d, angle) = (sun.direction, 2.0 * sun.radius.to_degrees());
+                writeln!(out, "void light sol{column} 0 0 3 1 1 1\nsol{column} source sun{column} 0 0 4 {} {} {} {angle}", d.x, d.y, d.z)
+                    .map_err(|e| Error::io(&path, &e))?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Luminous value of an RGB value.
+fn luminous(v: &[f32]) -> f64 {
+    v.iter().zip(ILLUMINANCE_WEIGHTS).map(|(v, w)| f64::from(*v) * w).sum()
+}
+
+impl FivePhase<'_> {
+    /// The suns and their hours.
+    pub fn suns(&self) -> &SunSet {
+        &self.suns
+    }
+
+    /// T·Dd·Sds of some hours, `[bin][hour]`: what comes straight from the sun's patches to the windows
+    /// whose sun is traced. Nothing if there is no sun.
+    ///
+    /// # Errors
+    /// Failures of the multiplier's device.
+    pub fn direct_light_at_windows(&self, multiplier: &dyn Multiplier, hours: &[usize]) -> Result<Option<Matrix<f32>>> {
+        let Some((_, sun_only)) = &self.skies else { return Ok(None) };
+        let factors = vec![
+            multiply::Factor { name: "T·Dd".into(), matrix: self.transmitted_direct.map(|v| v as f32) },
+            multiply::Factor { name: "Sds".into(), matrix: multiply::select_columns(sun_only, hours) },
+        ];
+        multiply::product(multiplier, factors, None).map(Some)
+    }
+
+    /// Suns traced and left out.
+    pub fn census(&self) -> &SunCensus {
+        &self.suns.census
+    }
+
+    /// Illuminance in lux, `[sensor][hour]`, from the coefficients V·T·D and the straight view matrix
+    /// Vd. Writes the three terms into files.
+    ///
+    /// # Errors
+    /// Failures of the multiplier's device and of the file system.
+    pub fn illuminance(
+        &self,
+        multiplier: &dyn Multiplier,
+        coefficients: Matrix<f64>,
+        view_direct: &Matrix<f32>,
+        sky: &Matrix<f32>,
+    ) -> Result<Matrix<f32>> {
+        let three_phase = results::illuminance(multiplier, coefficients.clone(), sky)?;
+        let Some((sky_only, sun_only)) = &self.skies else {
+            // No sun at all: exactly the three phases.
+            let none = Matrix::zeros(three_phase.rows(), three_phase.cols(), 1);
+            self.write_terms([&three_phase, &none, &none])?;
+            return Ok(three_phase);
+        };
+        let direct = results::multiply(view_direct, &self.transmitted_direct);
+        // Rounding aside Vd·T·Dd never exceeds V·T·D.
+        let rest: Vec<f64> = coefficients.data().iter().zip(direct.data()).map(|(all, direct)| (all - direct).max(0.0)).collect();
+        let rest = Matrix::from_data(direct.rows(), direct.cols(), 3, rest)?;
+        let direct = results::illuminance(multiplier, direct, sun_only)?;
+        let sun = self.sun_illuminance();
+        let mut lux = results::illuminance(multiplier, coefficients, sky_only)?;
+        let rest = results::illuminance(multiplier, rest, sun_only)?;
+        lux.data_mut().par_iter_mut().zip(rest.data().par_iter().zip(sun.data())).for_each(|(lux, (rest, sun))| *lux += rest + sun);
+        self.write_terms([&three_phase, &direct, &sun])?;
+        let _ = self.direct_and_sun.set((direct, sun));
+        Ok(lux)
+    }
+
+    /// Cds·Ssun, lux `[sensor][hour]`: one product per hour with sun.
+    fn sun_illuminance(&self) -> Matrix<f32> {
+        let hours = &self.suns.hours;
+        let mut lux = Matrix::zeros(self.matrix.total.rows(), hours.len(), 1);
+        if hours.is_empty() {
+            return lux;
+        }
+        lux.data_mut().par_chunks_mut(hours.len()).enumerate().for_each(|(sensor, row)| {
+            for (value, hour) in row.iter_mut().zip(hours) {
+                if let Some((sun, radiance)) = hour {
+                    *value = (luminous(self.matrix.total.at(sensor, *sun)) * radiance) as f32;
+                }
+            }
+        });
+        lux
+    }
+
+    fn write_terms(&self, terms: [&Matrix<f32>; 3]) -> Result<()> {
+        let about = [("three_phase", "V·T·D·S"), ("direct", "Vd·T·Dd·Sds"), ("sun", "Cds·Ssun")];
+        for ((name, formula), term) in about.iter().zip(terms) {
+            for (group, part) in self.inputs.sensors.iter().zip(split(term, &self.inputs.sensors)) {
+                let header = [software(), format!("CONTENT={formula} of {} in lux, rows sensors, columns hours", group.name)];
+                write_matrix(Some(&self.store.term_path(&group.name, name)?), &part, Format::Float, &header)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The two new terms and their variance. Errors of different suns are independent in the straight
+    /// part, one and the same in the scattered one. The direct term needs no error of its own: V's and
+    /// D's, multiplied with the whole sky, bound that of the difference of the first two terms, which
+    /// share their rays.
+    pub fn addition(&self) -> Box<Addition<'_>> {
+        // Over the year a sun counts with its radiance of all hours.
+        let mut yearly = vec![0.0; self.suns.suns.len()];
+        for (sun, radiance) in self.suns.hours.iter().flatten() {
+            yearly[*sun] += radiance;
+        }
+        Box::new(move |sensor, hour| {
+            let Some((direct, sun)) = self.direct_and_sun.get() else { return (0.0, 0.0) };
+            let errors = |s: usize| (luminous(self.matrix.direct_error.at(sensor, s)), luminous(self.matrix.scattered_error.at(sensor, s)));
+            match hour {
+                Some(hour) => {
+                    let value = f64::from(sun.at(sensor, hour)[0]) - f64::from(direct.at(sensor, hour)[0]);
+                    let variance = self.suns.hours[hour].map_or(0.0, |(s, radiance)| {
+                        let (straight, scattered) = errors(s);
+                        (straight * radiance).powi(2) + (scattered * radiance).powi(2)
+                    });
+                    (value, variance)
+                }
+                None => {
+                    let sum = |m: &Matrix<f32>| m.row(sensor).iter().map(|v| f64::from(*v)).sum::<f64>();
+                    let (mut straight, mut scattered) = (0.0, 0.0);
+                    for (s, radiance) in yearly.iter().enumerate() {
+                        let (a, b) = errors(s);
+                        straight += (a * radiance).powi(2);
+                        scattered += b * radiance;
+                    }
+                    (sum(sun) - sum(direct), straight + scattered.powi(2))
+                }
+            }
+        })
+    }
+}

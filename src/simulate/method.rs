@@ -1,0 +1,100 @@
+//! `[method]`: how many phases, which suns, and what is chosen where the project leaves it open.
+
+use super::project::WindowSection;
+use super::suns::SunScheme;
+use super::table::Table;
+use crate::bins::ReinhartSky;
+use crate::error::Result;
+
+/// `phases` of the project file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phases {
+    /// Five if the sun can be traced through some window, else three.
+    Auto,
+    /// Daylight coefficients `I = DC·S` with `DC = V·T·D`, which are kept.
+    Two,
+    /// `I = V·T·D·S`
+    Three,
+    /// `I = V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun`
+    Five,
+}
+
+/// `[method]`: what is computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MethodSection {
+    /// Number of phases.
+    pub phases: Phases,
+    /// Suns of the five-phase method.
+    pub suns: SunScheme,
+    /// Division of the sky, Reinhart MF:n.
+    pub sky: ReinhartSky,
+    /// Radiance's `-ab`; `None`: paths end by Russian roulette only, without bias.
+    pub bounces: Option<u32>,
+}
+
+/// The method that a run follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    /// 2, 3 or 5.
+    pub phases: u32,
+    /// Why, for people.
+    pub why: &'static str,
+}
+
+impl MethodSection {
+    pub(super) fn read(table: Option<Table<'_, '_>>, windows: &[WindowSection]) -> Result<Self> {
+        let patches = SunScheme::Patches(ReinhartSky::new(SunScheme::DEFAULT_SUBDIVISION)?);
+        let mut method = Self { phases: Phases::Auto, suns: patches, sky: ReinhartSky::new(1)?, bounces: None };
+        let Some(mut table) = table else { return Ok(method) };
+        method.phases = match table.integer_or_choice("phases", 1..=100, &["auto"])? {
+            None | Some(Err(_)) => Phases::Auto,
+            Some(Ok(2)) => Phases::Two,
+            Some(Ok(3)) => Phases::Three,
+            Some(Ok(5)) => Phases::Five,
+            Some(Ok(n)) => {
+                return Err(table.error("phases", format!("a method of {n} phases is not known")).help("choose 2, 3, 5 or \"auto\""));
+            }
+        };
+        let suns = table.integer_or_choice("suns", 1..=6, &["hourly"])?;
+        method.suns = match suns {
+            None => method.suns,
+            Some(Ok(n)) => SunScheme::Patches(ReinhartSky::new(n as usize)?),
+            Some(Err(_)) => SunScheme::HOURLY,
+        };
+        if let Some(n) = table.integer("sky_subdivision", 1..=6)? {
+            method.sky = ReinhartSky::new(n as usize)?;
+        }
+        method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
+        let shaded = windows.iter().find(|w| w.shade.is_some());
+        match (method.phases, shaded) {
+            (Phases::Two | Phases::Three, Some(window)) => {
+                return Err(table
+                    .error("phases", format!("the window '{}' has a shade, which only five phases trace the sun through", window.name))
+                    .help("write phases = 5 or \"auto\", or take the shade out"));
+            }
+            (Phases::Two | Phases::Three, None) if suns.is_some() => {
+                return Err(table.error("suns", "suns are traced by five phases only").help("write phases = 5, or take suns out"));
+            }
+            (Phases::Five, None) => {
+                return Err(table
+                    .error("phases", "five phases need a window that the sun is traced through")
+                    .help("add shade = \"….rad\" (slats, panes) to a [[window]], or write phases = 3"));
+            }
+            _ => {}
+        }
+        table.finish()?;
+        Ok(method)
+    }
+
+    /// The method for these windows.
+    pub fn choice(&self, windows: &[WindowSection]) -> Choice {
+        let shaded = windows.iter().any(|w| w.shade.is_some());
+        match self.phases {
+            Phases::Two => Choice { phases: 2, why: "as asked: daylight coefficients V·T·D are kept" },
+            Phases::Three => Choice { phases: 3, why: "as asked" },
+            Phases::Five => Choice { phases: 5, why: "as asked" },
+            Phases::Auto if shaded => Choice { phases: 5, why: "a window has a shade, whose sun patches the sky's patches would blur" },
+            Phases::Auto => Choice { phases: 3, why: "no window has a shade: suns would need one to be traced through" },
+        }
+    }
+}

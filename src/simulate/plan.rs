@@ -1,0 +1,274 @@
+//! What a run will model, what it leaves out because the scene does not need it, and what it costs:
+//! `lucarne plan`. Nothing is traced and no device is needed.
+
+use super::five_phase::{shaded_windows, shades};
+use super::inputs::Inputs;
+use super::presets::{daylight_options, image_options, rounds, sun_options, view_options};
+use super::project::Project;
+use super::suns::{SunCensus, SunSet};
+use super::views::ImageHours;
+use crate::error::Result;
+use crate::kernels::trace::{TraceTables, WindowSurfaces};
+use crate::scene::Window;
+use crate::sky::{SkyOptions, sky_columns};
+use serde::Serialize;
+use std::fmt;
+
+/// Rays per second of Mesa's llvmpipe on two cores of 2020, as the runs of the shipped scenes report
+/// them: the slowest device that is likely to be met.
+const SLOW_RAYS_PER_SECOND: f64 = 0.6e6;
+/// Bytes of an RGB value.
+const RGB: usize = 12;
+/// Diffuse reflections of an average path before Russian roulette ends it, rooms of reflectance 0.5.
+const MEAN_VERTICES: f64 = 3.0;
+
+/// A phase with its size and cost.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhasePlan {
+    /// `V`, `D`, `Cds`, `S` with the name of what it belongs to.
+    pub name: String,
+    /// Rows and what they are.
+    pub rows: (usize, &'static str),
+    /// Columns and what they are.
+    pub columns: (usize, &'static str),
+    /// Of the matrix, bytes.
+    pub bytes: usize,
+    /// Rays, roughly.
+    pub rays: f64,
+    /// Seconds on a slow device (software Vulkan on two cores), roughly.
+    pub slow_seconds: f64,
+}
+
+/// Something that is not computed, and why that changes nothing.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Omission {
+    /// What.
+    pub what: String,
+    /// Why it may be left out.
+    pub because: String,
+}
+
+/// The plan of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunPlan {
+    /// 2, 3 or 5.
+    pub phases: u32,
+    /// Why.
+    pub phases_because: String,
+    /// Preset of the quality.
+    pub preset: String,
+    /// Reinhart subdivision of the sky.
+    pub sky_subdivision: usize,
+    /// Time steps.
+    pub hours: usize,
+    /// Time steps that are not night.
+    pub lit_hours: usize,
+    /// What is modelled, one line per item.
+    pub model: Vec<String>,
+    /// Suns of five phases.
+    pub suns: Option<SunCensus>,
+    /// Phases in the order of their computation.
+    pub costs: Vec<PhasePlan>,
+    /// What is left out.
+    pub omissions: Vec<Omission>,
+}
+
+/// Makes the plan of a project.
+///
+/// # Errors
+/// Views that cannot be read, hours that the weather does not have.
+pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
+    let choice = project.method.choice(&project.windows);
+    let columns = sky_columns(&inputs.weather, &SkyOptions::default())?;
+    let lit_hours = columns.iter().filter(|c| !c.black).count();
+    let windows: Vec<Window> = inputs.windows.iter().map(|w| w.window.clone()).collect();
+    let suns = (choice.phases == 5)
+        .then(|| {
+            let shaded: Vec<Window> = shaded_windows(inputs).into_iter().map(|(w, _)| w).collect();
+            SunSet::new(&inputs.weather, project.method.suns, &shaded)
+        })
+        .transpose()?
+        .map(|s| s.census);
+    let mut plan = RunPlan {
+        phases: choice.phases,
+        phases_because: choice.why.to_string(),
+        preset: project.quality.preset.name().to_string(),
+        sky_subdivision: project.method.sky.subdivision(),
+        hours: inputs.weather.records.len(),
+        lit_hours,
+        model: model(inputs),
+        costs: costs(project, inputs, suns.as_ref(), lit_hours)?,
+        suns,
+        omissions: Vec::new(),
+    };
+    plan.omissions = omissions(&plan, inputs, &windows)?;
+    Ok(plan)
+}
+
+fn model(inputs: &Inputs) -> Vec<String> {
+    let scene = &inputs.scene;
+    let mut lines = vec![format!("scene: {} triangles, {} materials", scene.triangles.len(), scene.materials.len())];
+    for window in &inputs.windows {
+        let shade = match &window.shade {
+            Some(shade) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
+            None => "the sun in patches of the sky, by its BSDF".to_string(),
+        };
+        lines.push(format!("window {}: {:.2} m², {} bins, {shade}", window.name, window.window.area(), window.window.basis.len()));
+    }
+    for group in &inputs.sensors {
+        lines.push(format!("sensors {}: {}", group.name, group.sensors.len()));
+    }
+    lines
+}
+
+fn phase(name: String, rows: (usize, &'static str), columns: (usize, &'static str), rays: f64) -> PhasePlan {
+    PhasePlan { name, rows, columns, bytes: rows.0 * columns.0 * RGB, rays, slow_seconds: rays / SLOW_RAYS_PER_SECOND }
+}
+
+fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunCensus>, lit_hours: usize) -> Result<Vec<PhasePlan>> {
+    let rounds = f64::from(rounds(project));
+    let bins = inputs.bins();
+    let mut all = vec![phase("S".into(), (project.method.sky.len(), "patches"), (inputs.weather.records.len(), "hours"), 0.0)];
+    let count: usize = inputs.sensors.iter().map(|g| g.sensors.len()).sum();
+    if count > 0 {
+        let o = view_options(project, 0);
+        let vertices = o.bounces.map_or(MEAN_VERTICES, |b| f64::from(b.saturating_sub(1)).min(MEAN_VERTICES));
+        let per_sensor =
+            f64::from(o.direct_samples) + bins as f64 * f64::from(o.visibility_rays) * vertices + f64::from(o.near_samples) * 2.0;
+        let shared = bins as f64 * f64::from(o.light_paths) * vertices;
+        let rays = rounds * f64::from(o.batches) * (count as f64 * per_sensor + shared);
+        all.push(phase("V of sensors".into(), (count, "sensors"), (bins, "bins"), rays));
+    }
+    for (i, window) in inputs.windows.iter().enumerate() {
+        let o = daylight_options(project, i, 0);
+        let own = window.window.basis.len();
+        let rays = rounds * f64::from(o.batches) * f64::from(o.paths) * own as f64 * 1.5;
+        all.push(phase(format!("D of {}", window.name), (own, "bins"), (project.method.sky.len(), "patches"), rays));
+    }
+    if let Some(suns) = suns
+        && count > 0
+    {
+        let o = sun_options(project);
+        // A part of the pairs is seen through a window; every other vertex faces a given sun.
+        let pairs = (count * suns.needed) as f64 * f64::from(o.batches);
+        let rays = pairs * (0.2 * f64::from(o.disc_samples) + 0.5 * f64::from(o.paths));
+        all.push(phase("Cds of sensors".into(), (count, "sensors"), (suns.needed, "suns"), rays));
+    }
+    for view in &project.views {
+        let o = image_options(project);
+        let pixels = view.raster()?.len();
+        let vertices = o.bounces.map_or(MEAN_VERTICES, |b| f64::from(b.saturating_sub(1)).min(MEAN_VERTICES));
+        let samples = f64::from(o.window_samples.div_ceil(o.traced_every))
+            + f64::from(o.visibility_rays) * vertices
+            + f64::from(o.near_samples) * 2.0;
+        let rays = pixels as f64 * (f64::from(o.subpixels) + f64::from(o.batches) * samples);
+        all.push(phase(format!("V of {}", view.name), (pixels, "pixels"), (bins, "bins"), rays));
+        let pictures = match &project.images.hours {
+            ImageHours::None => 0,
+            ImageHours::Daylight => lit_hours,
+            ImageHours::Chosen(hours) => hours.len(),
+        };
+        if pictures > 0 {
+            all.push(phase(format!("pictures of {}", view.name), (pixels, "pixels"), (pictures, "hours"), 0.0));
+        }
+    }
+    Ok(all)
+}
+
+fn omissions(plan: &RunPlan, inputs: &Inputs, windows: &[Window]) -> Result<Vec<Omission>> {
+    let mut all = Vec::new();
+    let mut leave = |what: String, because: &str| all.push(Omission { what, because: because.to_string() });
+    if let Some(suns) = &plan.suns {
+        if suns.never > 0 {
+            leave(format!("{} of {} suns", suns.never, suns.all), "no hour of the weather has its sun there");
+        }
+        if suns.behind_windows > 0 {
+            leave(
+                format!("{} suns, in {} hours", suns.behind_windows, suns.hours_behind_windows),
+                "they stand behind every shaded window: no light of theirs comes in straight",
+            );
+        }
+        if suns.hours_without > 0 {
+            leave(format!("suns of {} hours", suns.hours_without), "night, or clouds before the sun");
+        }
+        if suns.hours_below_horizon > 0 && suns.scheme.starts_with("hourly") {
+            leave(
+                format!("suns of {} hours", suns.hours_below_horizon),
+                "the sun is below the horizon although the weather has direct light",
+            );
+        }
+    } else {
+        leave("all suns".into(), "no sharp patches of sun are asked for: the sky's patches hold the sun");
+    }
+    let night = plan.hours - plan.lit_hours;
+    if night > 0 {
+        leave(format!("sky and pictures of {night} hours"), "night: they are zero");
+    }
+    let features = TraceTables::new(&inputs.scene, windows, WindowSurfaces::Absorb)?.features;
+    if features.grey {
+        leave("two of three channels of D".into(), "the scene is grey: they are equal");
+    }
+    if !features.glass {
+        leave("panes, in the rays of V".into(), "the scene has no glass: the first surface met ends a ray");
+    }
+    if !features.specular && !features.glass {
+        leave("paths to mirrors".into(), "nothing reflects or transmits other than diffusely");
+    }
+    let panes = shades(inputs).any(|s| s.scene.materials.iter().any(|m| matches!(m.kind, crate::scene::MaterialKind::Glass { .. })));
+    if plan.phases == 5 && !panes && !features.glass {
+        leave("panes, in the rays to suns".into(), "neither scene nor shades have glass");
+    }
+    Ok(all)
+}
+
+fn bytes(n: usize) -> String {
+    match n {
+        0..1_000_000 => format!("{} kB", n.div_ceil(1000)),
+        1_000_000..1_000_000_000 => format!("{:.0} MB", n as f64 / 1e6),
+        _ => format!("{:.1} GB", n as f64 / 1e9),
+    }
+}
+
+fn rays(n: f64) -> String {
+    match n {
+        0.0 => "none".into(),
+        n if n < 1e6 => format!("{:.0} thousand", n / 1e3),
+        n if n < 1e9 => format!("{:.0} million", n / 1e6),
+        n => format!("{:.1} billion", n / 1e9),
+    }
+}
+
+impl fmt::Display for RunPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let method = match self.phases {
+            2 => "two phases, I = DC·S with DC = V·T·D",
+            5 => "five phases, I = V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun",
+            _ => "three phases, I = V·T·D·S",
+        };
+        writeln!(f, "{method}\n  {}", self.phases_because)?;
+        writeln!(
+            f,
+            "  sky MF:{}, {} hours of which {} have light, quality {}",
+            self.sky_subdivision, self.hours, self.lit_hours, self.preset
+        )?;
+        writeln!(f, "\nWhat is modelled")?;
+        for line in &self.model {
+            writeln!(f, "  {line}")?;
+        }
+        if let Some(s) = &self.suns {
+            writeln!(f, "  suns {}: {} of {} are traced, for {} hours", s.scheme, s.needed, s.all, s.hours - s.hours_behind_windows)?;
+        }
+        writeln!(f, "\nWhat is left out")?;
+        for omission in &self.omissions {
+            writeln!(f, "  {}: {}", omission.what, omission.because)?;
+        }
+        writeln!(f, "\n{:<22} {:>24} {:>9} {:>15} {:>12}", "Phase", "size", "memory", "rays, about", "slow device")?;
+        for p in &self.costs {
+            let size = format!("{} {} x {} {}", p.rows.0, p.rows.1, p.columns.0, p.columns.1);
+            let seconds = if p.rays > 0.0 { format!("{:.0} s", p.slow_seconds.max(1.0)) } else { String::new() };
+            writeln!(f, "{:<22} {size:>24} {:>9} {:>15} {seconds:>12}", p.name, bytes(p.bytes), rays(p.rays))?;
+        }
+        let total: f64 = self.costs.iter().map(|p| p.slow_seconds).sum();
+        write!(f, "Slow: software Vulkan on two cores, about {total:.0} s in all; a discrete GPU traces some hundred times as fast.")
+    }
+}

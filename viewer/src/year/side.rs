@@ -1,0 +1,210 @@
+//! The side of the Year panel: carpet, picture, façade, sky.
+
+use super::YearPanel;
+use super::dome;
+use super::model::{Quantity, View, glare_quantity};
+use crate::app::Outbox;
+use crate::args::PanelKind;
+use crate::bsdf::model::BsdfFile;
+use crate::bsdf::palette_choice;
+use crate::picture::model::Mode;
+use crate::results::Results;
+use eframe::egui::{self, Key, RichText, vec2};
+use std::sync::Arc;
+
+impl YearPanel {
+    pub(super) fn side(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
+        ui.add_space(4.0);
+        if glare_quantity(results).is_some() {
+            let button = egui::Button::new(RichText::new("Worst glare hour").strong()).min_size(vec2(ui.available_width() - 4.0, 30.0));
+            if ui.add(button).on_hover_text("Goes to the hour of the year with the highest glare probability (key W)").clicked() {
+                self.go_to_worst(view, results);
+            }
+        }
+        heading(ui, "Carpet");
+        let mut choices: Vec<Quantity> = (0..results.glare.len()).flat_map(|v| [Quantity::Dgp(v), Quantity::Class(v)]).collect();
+        choices.extend((0..results.groups.len()).map(Quantity::Mean));
+        for (g, group) in results.groups.iter().enumerate() {
+            choices.extend((0..group.len()).map(|s| Quantity::Sensor(g, s)));
+            choices.extend(group.directions.iter().enumerate().filter(|(_, d)| d.z.abs() < 0.5).map(|(s, _)| Quantity::Simplified(g, s)));
+        }
+        egui::ComboBox::from_id_salt("quantity")
+            .width(ui.available_width() - 12.0)
+            .height(420.0)
+            .selected_text(view.quantity.name(results))
+            .show_ui(ui, |ui| {
+                for choice in choices {
+                    ui.selectable_value(&mut view.quantity, choice, choice.name(results));
+                }
+            });
+        if !view.quantity.is_glare() {
+            view.carpet.controls(ui, self.values.2, "lx");
+        }
+        ui.horizontal(|ui| {
+            palette_choice(ui, &mut view.palette);
+            if ui.button("Sensors on their plan").on_hover_text("The Grid panel").clicked() {
+                out.show(PanelKind::Grid);
+            }
+        });
+        self.picture_controls(ui, view, results, out);
+        self.facade_controls(ui, view, results, out);
+        heading(ui, "Sky");
+        let sun = results.weather.as_ref().and_then(|w| Some(w.sun(w.records.get(view.hour)?)));
+        let sky = self.sky.value().and_then(Option::as_ref).filter(|s| view.hour < s.cols()).map(|s| (s, view.hour));
+        if sky.is_none() && sun.is_none() && !self.sky.busy() {
+            ui.weak("The folder holds no sky matrix.");
+        } else if let Some(said) = dome::show(ui, &mut self.dome, sky, sun, view.palette) {
+            self.readout = said;
+        } else {
+            self.readout.clear();
+        }
+        if let Some(sun) = sun {
+            let text = if sun.is_up() {
+                format!(
+                    "Sun {:.0}° high, azimuth {:.0}°; 0.1 … 100 kcd/m², log",
+                    sun.altitude.to_degrees(),
+                    sun.azimuth.to_degrees().rem_euclid(360.0)
+                )
+            } else {
+                "The sun is below the horizon".into()
+            };
+            ui.label(RichText::new(text).small());
+        }
+    }
+
+    fn add_state_of(&mut self, path: &std::path::Path, out: &mut Outbox) {
+        match BsdfFile::read(path) {
+            Ok(file) => self.add_state(file),
+            Err(e) => out.error(e.to_string()),
+        }
+    }
+
+    fn picture_controls(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
+        if results.views.is_empty() {
+            if !results.windows.is_empty() {
+                heading(ui, "Picture");
+                ui.add(
+                    egui::Label::new(
+                        RichText::new("Add a [[view]] to the project and run it again, to see the room at every hour.").small().weak(),
+                    )
+                    .wrap(),
+                );
+            }
+            return;
+        }
+        heading(ui, "Picture");
+        if results.views.len() > 1 {
+            egui::ComboBox::from_id_salt("view").selected_text(&results.views[view.view.min(results.views.len() - 1)].name).show_ui(
+                ui,
+                |ui| {
+                    for (i, v) in results.views.iter().enumerate() {
+                        ui.selectable_value(&mut view.view, i, &v.name);
+                    }
+                },
+            );
+        }
+        ui.horizontal(|ui| {
+            ui.selectable_value(&mut view.mode, Mode::Falsecolor, "Falsecolour");
+            ui.selectable_value(&mut view.mode, Mode::Photograph, "Photograph");
+        });
+        match view.mode {
+            Mode::Falsecolor => {
+                ui.push_id("picture", |ui| view.picture.controls(ui, self.picture_maximum(), "cd/m²"));
+            }
+            Mode::Photograph => {
+                ui.add(egui::Slider::new(&mut view.stops, -8.0..=8.0).step_by(0.25).text("stops"));
+            }
+        }
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut view.sources, "Glare sources");
+            if let Some(shown) = &self.shown
+                && ui.button("Save HDR…").clicked()
+            {
+                let picture = shown.file.picture.clone();
+                out.save(
+                    format!("img_{:04}.hdr", shown.wish.hour).into(),
+                    Box::new(move |path| lucarne::image::hdr::write(path, &picture)),
+                );
+            }
+        });
+    }
+
+    /// What the picture is not: said where the illuminance has more phases.
+    fn phases_note(&self, ui: &mut egui::Ui, results: &Results) {
+        if results.phases > 3 {
+            let text = format!(
+                "The illuminance is that of {} phases. Pictures, and other states of the façade, are of three: without the sharp sun.",
+                results.phases
+            );
+            ui.add(egui::Label::new(RichText::new(text).small().weak()).wrap());
+        }
+    }
+
+    fn facade_controls(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
+        if results.windows.is_empty() {
+            return;
+        }
+        self.phases_note(ui, results);
+        heading(ui, "Façade");
+        for (i, name) in results.windows.iter().enumerate() {
+            ui.horizontal(|ui| {
+                ui.selectable_value(&mut self.state_window, i, name)
+                    .on_hover_text("A BSDF dropped now becomes the second state of this window");
+                ui.weak(self.states.name(i).map_or("as computed".to_string(), |s| format!("to {s}")));
+            });
+            let offered = results.states.get(name).map_or(&[][..], Vec::as_slice);
+            if !offered.is_empty() {
+                egui::ComboBox::from_id_salt(("state", i)).selected_text("states of the project").show_ui(ui, |ui| {
+                    for path in offered {
+                        let label = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+                        if ui.selectable_label(false, label).clicked() {
+                            self.state_window = i;
+                            self.add_state_of(path, out);
+                        }
+                    }
+                });
+            }
+            if self.states.name(i).is_some()
+                && let Some(fraction) = view.fractions.get_mut(i)
+            {
+                ui.horizontal(|ui| {
+                    if ui.selectable_label(*fraction == 0.0, "A").on_hover_text("as computed").clicked() {
+                        *fraction = 0.0;
+                    }
+                    ui.add(egui::Slider::new(fraction, 0.0..=1.0).show_value(false))
+                        .on_hover_text("States in between, linear in every value as 'lucarne bsdf interpolate'");
+                    if ui.selectable_label(*fraction == 1.0, "B").clicked() {
+                        *fraction = 1.0;
+                    }
+                    ui.label(format!("{:.0} %", *fraction * 100.0));
+                });
+            }
+        }
+        let id = egui::Id::unique("state-path");
+        let mut path: String = ui.data(|d| d.get_temp(id)).unwrap_or_default();
+        ui.horizontal(|ui| {
+            let field = ui.add(
+                egui::TextEdit::singleline(&mut path).hint_text("another state: BSDF file").desired_width(ui.available_width() - 58.0),
+            );
+            let enter = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+            if (ui.button("Add").clicked() || enter) && !path.trim().is_empty() {
+                self.add_state_of(std::path::Path::new(path.trim()), out);
+                path.clear();
+            }
+        });
+        ui.data_mut(|d| d.insert_temp(id, path));
+        if self.states.changed(&view.fractions) && view.quantity.is_glare() && !matches!(view.quantity, Quantity::Simplified(..)) {
+            ui.add(
+                egui::Label::new(
+                    RichText::new("The glare carpet is that of the computed state; the picture follows the façade.").small().weak(),
+                )
+                .wrap(),
+            );
+        }
+    }
+}
+
+fn heading(ui: &mut egui::Ui, text: &str) {
+    ui.add_space(8.0);
+    ui.label(RichText::new(text).strong().size(14.0));
+}
