@@ -186,6 +186,49 @@ fn the_year_is_that_of_float_pictures_and_all_files_are_there() {
 }
 
 #[test]
+fn standard_errors_are_the_spread_over_seeds() {
+    if !has_device() {
+        return;
+    }
+    const SEEDS: usize = 6;
+    let folder = tempfile::tempdir().unwrap();
+    // One window keeps it short.
+    let window = WINDOWS.split("[[window]]").nth(2).map(|w| format!("[[window]]{w}")).unwrap();
+    let years: Vec<Vec<HashMap<String, String>>> = (0..SEEDS)
+        .map(|seed| {
+            let file = project(folder.path(), &format!("{seed}.toml"), &window, "");
+            let text = std::fs::read_to_string(&file).unwrap().replace("[48, 48]", "[32, 32]");
+            std::fs::write(&file, format!("{text}seed = {}\n", 11 + seed)).unwrap();
+            let out = folder.path().join(format!("out{seed}"));
+            lucarne(&["run", file.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+            csv(&out.join("glare/desk.csv"))
+        })
+        .collect();
+    // Hours without sources (noise of Ev alone) and with the same ones; where the noise decides
+    // whether a pixel is a source at all, first order is not enough.
+    for (name, wanted) in [("without sources", false), ("with sources", true)] {
+        let (mut predicted, mut spread, mut hours) = (0.0, 0.0, 0);
+        for hour in 0..8760 {
+            let rows: Vec<_> = years.iter().map(|y| &y[hour]).collect();
+            let same = rows.iter().all(|r| r["sources"] == rows[0]["sources"]);
+            if !same || number(rows[0], "ev_lux") == 0.0 || (number(rows[0], "sources") > 0.0) != wanted {
+                continue;
+            }
+            let mean = rows.iter().map(|r| number(r, "dgp")).sum::<f64>() / SEEDS as f64;
+            spread += rows.iter().map(|r| (number(r, "dgp") - mean).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
+            predicted += rows.iter().map(|r| number(r, "dgp_standard_error").powi(2)).sum::<f64>() / SEEDS as f64;
+            hours += 1;
+        }
+        // All hours share the matrices, so that their deviations are few independent ones: with 5
+        // degrees of freedom the spread itself is uncertain by a third.
+        let ratio = (predicted / spread).sqrt();
+        eprintln!("{name}: {hours} hours, predicted over seen {ratio:.2}");
+        assert!(hours > 100, "{name}: {hours} hours");
+        assert!((0.5..2.0).contains(&ratio), "{name}: predicted over seen {ratio}");
+    }
+}
+
+#[test]
 fn states_and_points_share_matrices_and_give_a_result_each() {
     if !has_device() {
         return;

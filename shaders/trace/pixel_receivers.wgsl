@@ -19,7 +19,7 @@ const MOST_SPECULAR: u32 = 32u;
 @group(0) @binding(8) var<storage, read_write> receivers: array<Receiver>;
 // Radiance of a receiver per irradiance, rgb: [batch][pixel].
 @group(0) @binding(9) var<storage, read_write> receiver_weights: array<vec4<f32>>;
-// [pixel][bin][rgb], fixed point.
+// [pixel][group of subpixels][bin][rgb], fixed point; as many groups as batches.
 @group(0) @binding(10) var<storage, read_write> seen: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
@@ -54,7 +54,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             if material.window > 0u && front {
                 let bin = window_bin(windows[material.window - 1u], -direction);
                 let value = weight * params.unit + 0.5;
-                let cell = (pixel * params.bins + bin) * 3u;
+                let part = subpixel * params.batches / params.subpixels;
+                let cell = ((pixel * params.batches + part) * params.bins + bin) * 3u;
                 atomicAdd(&seen[cell], u32(value.x));
                 atomicAdd(&seen[cell + 1u], u32(value.y));
                 atomicAdd(&seen[cell + 2u], u32(value.z));

@@ -283,29 +283,9 @@ fn analyser(view: &View, picture: &Picture, settings: &Settings, name: &str, war
             .help("if the picture was cropped, say the angles that are left with -vh and -vv"),
         );
     }
-    let coverage = geometry.hemisphere_coverage();
-    if coverage < 0.98 {
-        warnings.push(
-            Error::new(format!(
-                "the view covers {:.1} % of the hemisphere (weighted by the cosine): vertical illuminance and DGP lack the rest",
-                100.0 * coverage
-            ))
-            .file(name)
-            .help("use a fisheye of 180°; if the picture is one, say so: `-vta -vh 180 -vv 180`; or give the illuminance with -i"),
-        );
-    }
-    if settings.search_radius / 2.0 < geometry.pixel_pitch() {
-        warnings.push(
-            Error::new(format!(
-                "the search radius of {} rad joins no pixels: they are {:.4} rad apart",
-                settings.search_radius,
-                geometry.pixel_pitch()
-            ))
-            .file(name)
-            .help("use larger pictures or a larger -r; the radius is a full angle, pixels up to half of it apart are joined"),
-        );
-    }
-    Analyser::new(Arc::new(geometry), settings.clone())
+    let analyser = Analyser::new(Arc::new(geometry), settings.clone())?;
+    analyser.doubts().into_iter().for_each(|doubt| warnings.push(doubt.file(name)));
+    Ok(analyser)
 }
 
 fn picture_line(name: &str, glare: &Glare) -> String {

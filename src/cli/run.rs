@@ -46,6 +46,11 @@ fn report(args: &Args, summary: &Summary) {
         };
         println!("{}: {} pixels, {} pictures", place.display(), view.pixels, view.pictures);
     }
+    if let Some(glare) = &summary.glare {
+        let states = if glare.states > 1 { format!(", {} states of the façade", glare.states) } else { String::new() };
+        let place = args.output.join("glare/annual.csv");
+        println!("{}: {} views{states}, {} hours with light, method {}", place.display(), glare.views, glare.hours, glare.method);
+    }
     if let Some(e) = summary.estimated_error {
         println!(
             "standard error: {:.2} % of a sensor's year, {:.2} % of a single hour (medians)",

@@ -215,6 +215,33 @@ impl Analyser {
         index::judge(totals, task_luminance, threshold, sources, vertical_illuminance, &self.settings)
     }
 
+    /// What is suspicious about the view and the settings: a view that lacks part of the hemisphere,
+    /// pixels too far apart to be joined.
+    pub fn doubts(&self) -> Vec<Error> {
+        let mut doubts = Vec::new();
+        let coverage = self.geometry.hemisphere_coverage();
+        if coverage < 0.98 {
+            doubts.push(
+                Error::new(format!(
+                    "the view covers {:.1} % of the hemisphere (weighted by the cosine): vertical illuminance and DGP lack the rest",
+                    100.0 * coverage
+                ))
+                .help("use a fisheye of 180°; if the picture is one, say so: `-vta -vh 180 -vv 180`; or give the illuminance with -i"),
+            );
+        }
+        if self.settings.search_radius / 2.0 < self.geometry.pixel_pitch() {
+            doubts.push(
+                Error::new(format!(
+                    "the search radius of {} rad joins no pixels: they are {:.4} rad apart",
+                    self.settings.search_radius,
+                    self.geometry.pixel_pitch()
+                ))
+                .help("use larger pictures or a larger -r; the radius is a full angle, pixels up to half of it apart are joined"),
+            );
+        }
+        doubts
+    }
+
     /// Whether sources are looked for in each pixel: inside the view and the field of view.
     pub fn searched(&self) -> &[bool] {
         &self.searched

@@ -7,6 +7,7 @@
 //! | `dgps` | a sensor at the eye | none |
 //! | `imageless` | a sensor at the eye | patches of the sky, by the light they send to it directly |
 //!
+//! The standard error of `imageless` is that of Ev alone; the patches' own noise is left out.
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
 use super::fingerprint::Fingerprint;
@@ -128,7 +129,11 @@ impl GlareJob<'_> {
                 standard_error: eyes.standard_error.row(number),
             });
             let found = match (&detector, &eye) {
-                (Some(detector), _) => self.pictured(section, view, &**detector, eye, &states, &sky, &stage)?,
+                (Some(detector), _) => {
+                    let analyser = analyser(section, view)?;
+                    analyser.doubts().into_iter().for_each(|doubt| warnings.push(doubt.file(&view.file)));
+                    self.pictured(section, view, analyser, &**detector, eye, &states, &sky, &stage)?
+                }
                 (None, Some(eye)) => {
                     stage.update("glare", 0.0);
                     states.iter().map(|state| self.without_pictures(section, view, eye, state, &sky)).collect::<Result<_>>()?
@@ -226,6 +231,7 @@ impl GlareJob<'_> {
         &self,
         section: &GlareSection,
         view: &ViewSection,
+        analyser: Arc<Analyser>,
         detector: &dyn crate::kernels::glare::Detector,
         eye: Option<EyeRow<'_>>,
         states: &[State<'_>],
@@ -235,21 +241,15 @@ impl GlareJob<'_> {
         let name = if eye.is_some() { windows_only_name(view) } else { view.name.clone() };
         let matrix = self.store.matrix_path(&format!("V_{name}"));
         let mut source = PictureView::open(&matrix.display().to_string(), None)?;
-        let geometry = PixelGeometry::new(&view.raster()?).map_err(|e| e.file(&view.file))?;
-        let analyser = Arc::new(Analyser::new(Arc::new(geometry), section.settings.clone())?);
         let options = StackOptions { veil: section.veil, ..StackOptions::default() };
         let stack = Stack::new(analyser, vec![&mut source as &mut dyn PixelSource], options)?;
-        let batches = match eye {
-            // The windows alone are seen without noise.
-            Some(_) => None,
-            None => Some(Batches::new(&stack, &read_matrix(&self.store.matrix_path(&format!("V_{name}_batches")))?.matrix)?),
-        };
+        let batches = Batches::new(&stack, &read_matrix(&self.store.matrix_path(&format!("V_{name}_batches")))?.matrix)?;
         let mut all = Vec::new();
         for (number, state) in states.iter().enumerate() {
             let given = eye.map(|eye| illuminance(eye.total, &state.coefficients));
             let noise = self.noise(state, sky, eye);
             let rights = [&state.coefficients];
-            let request = Year { illuminance: given.as_deref(), batches: batches.as_ref(), noise: Some(&noise), ..Year::new(&rights) };
+            let request = Year { illuminance: given.as_deref(), batches: Some(&batches), noise: Some(&noise), ..Year::new(&rights) };
             let stage = Part::of(progress, number, states.len());
             let found = year(detector, &stack, &request, &stage)?;
             all.push(
@@ -399,6 +399,11 @@ impl WindowsOnly<'_> {
         };
         job.matrix(inputs, statistics).map(|_| ())
     }
+}
+
+fn analyser(section: &GlareSection, view: &ViewSection) -> Result<Arc<Analyser>> {
+    let geometry = PixelGeometry::new(&view.raster()?).map_err(|e| e.file(&view.file))?;
+    Ok(Arc::new(Analyser::new(Arc::new(geometry), section.settings.clone())?))
 }
 
 fn windows_only_name(view: &ViewSection) -> String {

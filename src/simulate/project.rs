@@ -190,6 +190,11 @@ impl Project {
         if glare.is_some() && views.is_empty() {
             return Err(top.missing_section("view", "[glare] needs at least one [[view]] with name and file"));
         }
+        if glare.is_some()
+            && let Some(view) = views.iter().find(|v| ["annual", "undecided"].contains(&v.name.to_lowercase().as_str()))
+        {
+            return Err(top.error("view", format!("a view cannot have the name '{}': a table of glare has it", view.name)));
+        }
         states_match(&top, &windows)?;
         unique(&top, "window", windows.iter().map(|w| w.name.as_str()))?;
         unique(&top, "sensors", sensors.iter().map(|s| s.name.as_str()))?;

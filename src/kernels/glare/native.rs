@@ -91,7 +91,6 @@ fn not_finite(pixel: u32, width: usize) -> Error {
 /// Upper bounds of the luminance, `[tile][hour]`, but for rounding: the greatest values with the
 /// positive coefficients, less the least values with the others.
 fn upper_bounds(band: &Band, terms: usize, pass: &Pass, split: Option<&[Vec<f32>; 2]>) -> Vec<f32> {
-    // Two rows and columns at least, see [`product_on_this_thread`]; the rest of the room stays unused.
     let (tiles, hours) = (band.tiles.len(), pass.hours());
     let product = |values: &[f32], coefficients: &[f32]| {
         let mut out = vec![0.0f32; tiles * hours];

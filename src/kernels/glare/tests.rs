@@ -142,6 +142,49 @@ fn every_hour_is_that_of_its_picture() {
 }
 
 #[test]
+fn random_images_have_the_same_sources_fused_and_whole() {
+    // A view of one bin whose light is the image itself: one product per pixel, so that both ways
+    // see the same bits. What is left: Ev is made of pixels rounded to f32, or of exact ones.
+    let rounding = f64::from(f32::EPSILON);
+    let mut random = Random(2026);
+    for detector in detectors("fused glare of random images") {
+        for round in 0..24 {
+            let (width, height) = (24 + (random.next() * 40.0) as usize, 24 + (random.next() * 40.0) as usize);
+            let radius = [0.02, 0.1, 0.2, 0.6][round % 4];
+            let settings = Settings { search_radius: radius, ..Settings::default() };
+            let analyser = analyser(width, height, settings);
+            // Noise around the threshold, and spots far above it, some above the peak limit.
+            let density = random.next();
+            let image: Vec<f32> = (0..width * height)
+                .map(|_| match random.next() {
+                    x if x > 0.99 => 30_000.0 + 60_000.0 * random.next(),
+                    x if x > density => 1500.0 + 600.0 * random.next(),
+                    _ => 100.0,
+                })
+                .collect();
+            let v = Matrix::from_data(width * height, 1, 3, image.iter().flat_map(|&l| [l / 1000.0; 3]).collect()).unwrap();
+            let light = Matrix::from_data(1, 2, 3, vec![1000.0 / 179.0, 1000.0 / 179.0, 1000.0 / 179.0, 3.0, 4.0, 5.0]).unwrap();
+            let found = run(&*detector, &analyser, &[&v], StackOptions::default(), &Year::new(&[&light]));
+            for (hour, found) in found.iter().enumerate() {
+                let coefficient = (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * f64::from(light.at(0, hour)[c])).sum::<f64>() as f32;
+                let picture: Vec<f32> = v.data().as_chunks::<3>().0.iter().map(|l| l[0] * coefficient).collect();
+                let wanted = analyser.analyse(&picture, None).unwrap();
+                assert_eq!(found.sources, wanted.sources.len(), "round {round} hour {hour}");
+                let pairs = [
+                    (found.indices.dgp, wanted.indices.dgp),
+                    (found.indices.dgi, wanted.indices.dgi),
+                    (found.indices.cgi, wanted.indices.cgi),
+                    (found.indices.contrast, wanted.indices.contrast),
+                ];
+                for (a, b) in pairs {
+                    assert!((a - b).abs() <= rounding * b.abs().max(1.0), "round {round} hour {hour}: {a} {b}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn one_channel_is_kept_only_of_grey_pictures() {
     let analyser = analyser(20, 20, Settings::default());
     for (grey, terms) in [(true, BINS), (false, 3 * BINS)] {
@@ -260,8 +303,8 @@ fn a_veil_spreads_peaks_as_in_a_picture() {
 #[test]
 fn faults_planted_in_the_shaders_are_found() {
     let Some(device) = Device::for_tests("faults planted in glare shaders") else { return };
-    let analyser = analyser(53, 45, Settings::default());
-    // More hours than the smallest tile of a product.
+    let analyser = analyser(53, 45, Settings { threshold: Threshold::TimesAverage(5.0), ..Settings::default() });
+    // More hours than the smallest tile of a product, each with a threshold of its own.
     let (v, x) = (view_matrix(53, 45, true, 11), hours(140, 13, 1.0));
     let options = StackOptions { dark_pixels: true, ..StackOptions::default() };
     let rights = [&x];

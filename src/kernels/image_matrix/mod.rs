@@ -198,7 +198,7 @@ pub fn compute(
     let mut statistics = TraceStatistics::default();
     let bins = tracer.tables.bins() as u64;
     let batches = u64::from(o.batches);
-    let per_pixel = [batches * bins * 32, batches * bins * 12, batches * bins * 12, bins * 12, u64::from(o.subpixels) * 32];
+    let per_pixel = [batches * bins * 32, batches * bins * 12, batches * bins * 12, batches * bins * 12, u64::from(o.subpixels) * 32];
     let plan = Plan::new(device, o.memory, raster.len(), &per_pixel, &[], 1)?.at_most(MOST_TILE_PIXELS);
     let samples = PixelSamples::new(o.subpixels as usize, o.jitter, u64::from(o.seed))?;
     for chunk in plan.chunks() {
@@ -268,8 +268,13 @@ impl<'d> ImageTracer<'d> {
         }
         let tile = self.trace(raster, samples, &inside, statistics)?;
         let batches = self.options.batches as usize;
-        let unit = self.unit();
         let row_len = bins * 3;
+        // Subpixels of each group.
+        let subpixels = self.options.subpixels;
+        let part = |subpixel: u32| (subpixel * self.options.batches / subpixels) as usize;
+        let mut per_part = vec![0u32; batches];
+        (0..subpixels).for_each(|s| per_part[part(s)] += 1);
+        let share = |count: u32, rays: u32| count as f32 / self.unit() / rays as f32;
         rows.values
             .par_chunks_mut(row_len)
             .zip(rows.standard_error.par_chunks_mut(row_len))
@@ -281,7 +286,8 @@ impl<'d> ImageTracer<'d> {
                 for (i, ((value, error), direct)) in values.iter_mut().zip(errors).zip(direct_view).enumerate() {
                     let (bin, c) = (i / 3, i % 3);
                     let (mut sum, mut squares) = (0.0f64, 0.0f64);
-                    *direct = tile.seen[(pixel * bins + bin) * 3 + c] as f32 / unit / self.options.subpixels as f32;
+                    let seen = |batch: usize| tile.seen[((pixel * batches + batch) * bins + bin) * 3 + c];
+                    *direct = share((0..batches).map(seen).sum(), subpixels);
                     for batch in 0..batches {
                         let at = batch * inside.len() + pixel;
                         let mut v = f64::from(tile.sums[((bin * batches + batch) * inside.len() + pixel) * 3 + c]);
@@ -290,21 +296,21 @@ impl<'d> ImageTracer<'d> {
                         }
                         sum += v;
                         squares += v * v;
-                        estimates[batch * row_len + i] = v as f32 + *direct;
+                        estimates[batch * row_len + i] = v as f32 + share(seen(batch), per_part[batch]);
                     }
                     let n = batches as f64;
                     *value = (sum / n) as f32 + *direct;
                     *error = ((squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0)).sqrt() as f32;
                 }
             });
-        let (values, straight) = (&rows.values, &mut rows.straight);
+        let (values, direct, straight) = (&rows.values, &rows.direct_view, &mut rows.straight);
         straight.par_chunks_mut(row_len).enumerate().for_each(|(pixel, row)| {
             let Ok(at) = inside.binary_search(&(first + pixel)) else { return };
             for (i, value) in row.iter_mut().enumerate() {
                 let (bin, c) = (i / 3, i % 3);
                 let lit: f64 = (0..batches).map(|b| f64::from(tile.straight[((bin * batches + b) * inside.len() + at) * 3 + c])).sum();
-                let seen = tile.seen[(at * bins + bin) * 3 + c] as f32 / unit / self.options.subpixels as f32;
-                *value = ((lit / batches as f64) as f32 + seen).min(values[pixel * row_len + i]);
+                let place = pixel * row_len + i;
+                *value = ((lit / batches as f64) as f32 + direct[place]).min(values[place]);
             }
         });
         Ok(rows)
@@ -341,7 +347,7 @@ impl<'d> ImageTracer<'d> {
         let rays = device.upload("camera rays", &rays)?;
         let receivers = device.zeros::<Receiver>("receivers of the pixels", batches * pixels)?;
         let weights = device.zeros::<[f32; 4]>("weights of the receivers", batches * pixels)?;
-        let seen = device.zeros::<u32>("windows seen directly", pixels * bins * 3)?;
+        let seen = device.zeros::<u32>("windows seen directly", batches * pixels * bins * 3)?;
         let shares = device.zeros::<BinShare>("shares of the bins", batches * pixels * bins)?;
         let sums = device.zeros::<f32>("rows of the picture", batches * pixels * bins * 3)?;
         let groups = (pixels as u32).div_ceil(64);
@@ -480,7 +486,7 @@ struct TracedTile {
     straight: Vec<f32>,
     /// `[bin][batch][pixel][rgb]`
     sums: Vec<f32>,
-    /// `[pixel][bin][rgb]`, fixed point.
+    /// `[pixel][group of subpixels][bin][rgb]`, fixed point.
     seen: Vec<u32>,
     /// `[batch][pixel][rgb and nothing]`
     weights: Vec<[f32; 4]>,
