@@ -125,3 +125,28 @@ fn pictures_of_a_project_are_the_product_of_its_matrices_and_light_an_eye_as_a_s
     assert!(matrices.iter().all(|m| m["reused"] == true), "{matrices:?}");
     assert!(matrices.iter().any(|m| m["name"] == "V_desk"), "{matrices:?}");
 }
+
+#[test]
+fn a_camera_inside_a_wall_is_told_so_and_leaves_no_file() {
+    if lucarne::gpu::Device::shared().is_err() {
+        assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "no device");
+        eprintln!("SKIPPED a camera inside a wall: no device");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    // A closed box far from the room, around the camera.
+    std::fs::write(folder.path().join("wall.rad"), "void plastic stone 0 0 5 .5 .5 .5 0 0\n!genbox stone block 2 2 2 | xform -t 50 50 0\n")
+        .unwrap();
+    std::fs::write(folder.path().join("in.vf"), "rvu -vta -vp 51 51 1 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180\n").unwrap();
+    let office = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/office");
+    let office = office.display();
+    let arguments = format!(
+        "matrix view --view in.vf -x 16 -y 16 --window {office}/windows/vision.rad {office}/materials.rad {office}/office.rad wall.rad -o v.mtx"
+    );
+    let out = Command::new(env!("CARGO_BIN_EXE_lucarne")).args(arguments.split(' ')).current_dir(folder.path()).output().unwrap();
+    let message = String::from_utf8_lossy(&out.stderr);
+    assert!(!out.status.success() && message.contains("no light of any window reaches the picture"), "{message}");
+    let mut left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["in.vf", "wall.rad"]);
+}

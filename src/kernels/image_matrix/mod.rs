@@ -175,8 +175,8 @@ pub struct PixelRows {
 /// nothing.
 ///
 /// # Errors
-/// If there is no window, the options make no sense, the device fails or loses paths, `sink`
-/// fails, or when stopped by `progress`.
+/// If there is no window, the options make no sense, no light reaches the picture, the device
+/// fails or loses paths, `sink` fails, or when stopped by `progress`.
 pub fn compute(
     device: &Device,
     scene: &Scene,
@@ -201,12 +201,20 @@ pub fn compute(
     let per_pixel = [batches * bins * 32, batches * bins * 12, batches * bins * 12, batches * bins * 12, u64::from(o.subpixels) * 32];
     let plan = Plan::new(device, o.memory, raster.len(), &per_pixel, &[], 1)?.at_most(MOST_TILE_PIXELS);
     let samples = PixelSamples::new(o.subpixels as usize, o.jitter, u64::from(o.seed))?;
+    let mut lit = false;
     for chunk in plan.chunks() {
         progress.update("view matrix of the picture", chunk.first as f64 / raster.len() as f64);
         if progress.stop_requested() {
             return Err(cancelled());
         }
-        sink(tracer.tile(raster, &samples, chunk.first, chunk.count, &mut statistics)?)?;
+        let rows = tracer.tile(raster, &samples, chunk.first, chunk.count, &mut statistics)?;
+        lit |= rows.values.iter().any(|v| *v != 0.0);
+        sink(rows)?;
+    }
+    // With few bounces a camera may look where none of the light goes.
+    if !lit && o.bounces.is_none_or(|b| b > 2) {
+        return Err(Error::new("no light of any window reaches the picture")
+            .help("is the camera inside a wall or a piece of furniture, or outside the room? Move it"));
     }
     progress.update("view matrix of the picture", 1.0);
     Ok(statistics)
