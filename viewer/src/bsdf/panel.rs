@@ -196,7 +196,11 @@ impl BsdfPanel {
         let Some(block) = view.block(&file) else { return };
         let slot = &mut self.slots[0];
         let words = if view.component.is_transmission() { "transmitted" } else { "reflected" };
-        title(ui, disc, "Incident", &format!("share {words} from each direction"));
+        let about = match self.files.len() {
+            1 => format!("share {words} from each direction"),
+            _ => format!("share {words}; light along {}", angles_text(view.incident)),
+        };
+        title(ui, disc, "Incident", &about);
         let size = pixels(ui, disc);
         let key = format!(
             "{} {:?} {:?} {:?} {:?} {size} {}",
@@ -256,7 +260,9 @@ impl BsdfPanel {
         };
         let total = block.direct_hemispherical(direction(view.incident));
         let words = if view.component.is_transmission() { "transmitted" } else { "reflected" };
-        title(ui, disc, &format!("{letter}Outgoing"), &format!("light along {}: {total:.4} {words}", angles_text(view.incident)));
+        // Two discs side by side have no room for the angles, which the incident disc tells.
+        let light = if letter.is_empty() { format!("light along {}: ", angles_text(view.incident)) } else { String::new() };
+        title(ui, disc, &format!("{letter}Outgoing"), &format!("{light}{total:.4} {words}"));
         let size = pixels(ui, disc);
         let key = format!(
             "{} {:?} {:?} {:?} {:?} {:?} {scale:?} {size}",
