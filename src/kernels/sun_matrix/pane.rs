@@ -14,18 +14,19 @@
 //! clear disc seen through the window: Ω cosθ · transmittance · visibility.
 //!
 //! # Why Radiance's coefficients through a Klems BSDF lie above the three-phase direct part
-//! For eight single suns in the tutorial's room, `rcontrib` through a Klems pane gives 16 % more than
-//! Vd·T·Dd of the suns' patches (and 14 % more than the real slats). Two causes, both measured:
+//! For eight single suns in a side-lit room, `rcontrib` through a Klems pane gives 16 % more than
+//! Vd·T·Dd of the suns' patches (and 14 % more than the real slats). Two causes; a test holds the
+//! first, the second is an estimate:
 //! * *One sun, one bin* (13 %). A sun falls into a single incident bin of 10–15° and meets its mean
 //!   value; the patch of a three-phase product, 12° wide, spreads it over all bins that it overlaps.
 //!   For one sun the two differ by up to a factor of 4 in either direction. This module finds the same
 //!   excess for the same suns, and averaged over suns that fill the patches evenly it agrees with
-//!   Vd·T·Dd within 2 %, which a test holds. Neither is wrong: the data do not tell more.
+//!   Vd·T·Dd within 2 % over all suns (single patches within 6 %). Neither is wrong: the data do not tell more.
 //! * *The other block* (3 %). Radiance's material follows light backwards and takes Transmission Back;
 //!   `dctimestep` and this program take Transmission Front. Traced data are not exactly reciprocal.
 //!
 //! Radiance also moves the direction to the eye at random by up to half a bin (`-ss`), which smooths
-//! single receivers but hardly changes the sum.
+//! single receivers.
 
 mod kinds;
 mod tables;
