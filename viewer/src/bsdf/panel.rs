@@ -198,7 +198,7 @@ impl BsdfPanel {
         let words = if view.component.is_transmission() { "transmitted" } else { "reflected" };
         let about = match self.files.len() {
             1 => format!("share {words} from each direction"),
-            _ => format!("share {words}; light along {}", angles_text(view.incident)),
+            _ => format!("light along {}", angles_text(view.incident)),
         };
         title(ui, disc, "Incident", &about);
         let size = pixels(ui, disc);
