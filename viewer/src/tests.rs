@@ -340,37 +340,6 @@ fn a_changed_picture_is_noticed() {
     assert_eq!(differing(&white, &other, [w, h]), 4.0 / 64.0);
 }
 
-/// Pictures of what no option reaches, for looking at: into the folder LUCARNE_VIEWER_GALLERY, of the
-/// result folder LUCARNE_VIEWER_RESULTS.
-#[test]
-#[ignore = "writes pictures to look at"]
-fn gallery() {
-    let folder = PathBuf::from(std::env::var_os("LUCARNE_VIEWER_GALLERY").expect("LUCARNE_VIEWER_GALLERY names a folder"));
-    let results = PathBuf::from(std::env::var_os("LUCARNE_VIEWER_RESULTS").expect("LUCARNE_VIEWER_RESULTS names a result folder"));
-    let (mut window, mut app) = open(&[&results], Some(PanelKind::Grid));
-    let write = |window: &mut Offscreen, app: &mut App, name: &str| {
-        window.settle(app).unwrap();
-        let rgba = window.pixels().unwrap();
-        crate::offscreen::write_png(&folder.join(name), [1280, 800], &rgba).unwrap();
-    };
-    window.key(&mut app, Key::Num3, Modifiers::NONE);
-    write(&mut window, &mut app, "grid_space.png");
-    window.key(&mut app, Key::Num1, Modifiers::COMMAND);
-    window.key(&mut app, Key::W, Modifiers::NONE);
-    write(&mut window, &mut app, "year_worst.png");
-    window.key(&mut app, Key::F1, Modifiers::NONE);
-    write(&mut window, &mut app, "keys.png");
-    window.key(&mut app, Key::Escape, Modifiers::NONE);
-    window.key(&mut app, Key::D, Modifiers::COMMAND);
-    app.views.year.mode = crate::picture::model::Mode::Photograph;
-    app.open(&scenes("office/bsdf/double_clear.xml"));
-    window.settle(&mut app).unwrap();
-    app.views.year.fractions[0] = 0.5;
-    write(&mut window, &mut app, "year_state.png");
-    app.open(&results.join("matrices/T_vision.mtx"));
-    write(&mut window, &mut app, "matrix.png");
-}
-
 #[test]
 fn hemispheres_are_saved_as_png_and_svg() {
     let folder = tempfile::tempdir().unwrap();
