@@ -2,26 +2,11 @@
 //! scattered part follows from its definition by plain sampling.
 
 use super::Sun;
+use crate::kernels::trace::reference::intersect;
 use crate::kernels::trace::reference::{Estimate, Random, glass_pane};
 use crate::scene::{MaterialKind, Scene, Window};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-
-/// Distance to a triangle.
-pub fn intersect(t: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
-    let (e1, e2) = (t[1] - t[0], t[2] - t[0]);
-    let p = direction.cross(e2);
-    let det = e1.dot(p);
-    if det.abs() < 1e-14 {
-        return None;
-    }
-    let s = origin - t[0];
-    let u = s.dot(p) / det;
-    let q = s.cross(e1);
-    let v = direction.dot(q) / det;
-    let distance = e2.dot(q) / det;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 1e-7).then_some(distance)
-}
 
 /// Share of light that passes every surface in its way.
 pub fn transmittance(scene: &Scene, origin: DVec3, direction: DVec3) -> [f64; 3] {

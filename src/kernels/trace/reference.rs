@@ -71,7 +71,8 @@ enum Met {
     Surface { distance: f64, normal: DVec3, material: MaterialKind },
 }
 
-fn intersect(t: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
+/// Distance to a triangle.
+pub(crate) fn intersect(t: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
     let (e1, e2) = (t[1] - t[0], t[2] - t[0]);
     let p = direction.cross(e2);
     let det = e1.dot(p);
