@@ -53,6 +53,8 @@ pub struct FivePhase<'a> {
     store: &'a Store,
     suns: SunSet,
     matrix: SunMatrix,
+    /// Suns whose numbers differ by a multiple of this have scattered errors in common.
+    error_sets: usize,
     /// S without the sun's patches, and the sun's patches alone; nothing if there is no sun.
     skies: Option<(Matrix<f32>, Matrix<f32>)>,
     /// T·Dd of windows with a shade, zeros for all others; rows as V's columns.
@@ -150,6 +152,8 @@ impl<'a> Phase<'a> {
             store: self.store,
             suns,
             matrix,
+            // Through panes all suns share their cells.
+            error_sets: if panes.is_empty() { options.path_sets as usize } else { 1 },
             skies,
             transmitted_direct,
             transmitted_shaded,
@@ -300,7 +304,7 @@ impl FivePhase<'_> {
     }
 
     /// The two new terms and their variance. Errors of different suns are independent in the straight
-    /// part, one and the same in the scattered one. The direct term needs no error of its own: V's and
+    /// part, one and the same in the scattered one for suns of one set. The direct term needs no error of its own: V's and
     /// D's, multiplied with the whole sky, bound that of the difference of the first two terms, which
     /// share their rays.
     pub fn addition(&self) -> Box<Addition<'_>> {
@@ -323,13 +327,13 @@ impl FivePhase<'_> {
                 }
                 None => {
                     let sum = |m: &Matrix<f32>| m.row(sensor).iter().map(|v| f64::from(*v)).sum::<f64>();
-                    let (mut straight, mut scattered) = (0.0, 0.0);
+                    let (mut straight, mut scattered) = (0.0, vec![0.0; self.error_sets]);
                     for (s, radiance) in yearly.iter().enumerate() {
                         let (a, b) = errors(s);
                         straight += (a * radiance).powi(2);
-                        scattered += b * radiance;
+                        scattered[s % self.error_sets] += b * radiance;
                     }
-                    (sum(sun) - sum(direct), straight + scattered.powi(2))
+                    (sum(sun) - sum(direct), straight + scattered.iter().map(|b| b * b).sum::<f64>())
                 }
             }
         })
