@@ -8,6 +8,7 @@
 //! Windows without shade stay as in three phases.
 
 use super::fingerprint::Fingerprint;
+use super::import;
 use super::inputs::{Inputs, ProjectWindow};
 use super::multiply;
 use super::presets::{pane_options, sun_options};
@@ -55,6 +56,8 @@ pub struct FivePhase<'a> {
     matrix: SunMatrix,
     /// Suns whose numbers differ by a multiple of this have scattered errors in common.
     error_sets: usize,
+    /// V, Vd, D or Dd were made elsewhere: their noise is not shared, and the difference can be negative.
+    imported: bool,
     /// S without the sun's patches, and the sun's patches alone; nothing if there is no sun.
     skies: Option<(Matrix<f32>, Matrix<f32>)>,
     /// T·Dd of windows with a shade, zeros for all others; rows as V's columns.
@@ -111,7 +114,14 @@ impl<'a> Phase<'a> {
         for shade in shades(inputs) {
             fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
         }
-        let kept = self.kept(fingerprint, suns.suns.len());
+        let groups = inputs.sensors.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
+        let given = import::sun_matrices(groups, &suns)?;
+        if let Some(given) = &given {
+            fingerprint = *Fingerprint::new("C imported").add(&given.total.data());
+            self.keep(given, fingerprint)?;
+            self.write_suns(&suns)?;
+        }
+        let kept = given.or_else(|| self.kept(fingerprint, suns.suns.len()));
         let traced = kept.is_none();
         let matrix = match kept {
             Some(matrix) => matrix,
@@ -154,6 +164,7 @@ impl<'a> Phase<'a> {
             matrix,
             // Through panes all suns share their cells.
             error_sets: if panes.is_empty() { options.path_sets as usize } else { 1 },
+            imported: inputs.windows.iter().any(|w| w.daylight.is_some()) || inputs.sensors.iter().any(|g| g.view.is_some()),
             skies,
             transmitted_direct,
             transmitted_shaded,
@@ -166,7 +177,10 @@ impl<'a> Phase<'a> {
         let options = SkyOptions { subdivision: self.project.method.sky.subdivision(), ..SkyOptions::default() };
         let weather = &self.inputs.weather;
         let sky = sky_matrix(weather, &SkyOptions { sun: false, ..options.clone() }, self.progress)?;
-        let sun = sky_matrix(weather, &SkyOptions { sky: false, ..options }, self.progress)?;
+        let options = SkyOptions { sky: false, ..options };
+        let sun = sky_matrix(weather, &options, self.progress)?;
+        let inputs = *Fingerprint::new("Sds").add(weather).add(&options);
+        self.store.save("Sds", &sun, inputs, "sky matrix of the sun alone, as gendaymtx -d, rows patches, columns hours")?;
         Ok((sky, sun))
     }
 
@@ -262,14 +276,18 @@ impl FivePhase<'_> {
             return Ok(three_phase);
         };
         let direct = results::multiply(view_direct, &self.transmitted_direct);
-        // Rounding aside Vd·T·Dd never exceeds V·T·D.
-        let rest: Vec<f64> = coefficients.data().iter().zip(direct.data()).map(|(all, direct)| (all - direct).max(0.0)).collect();
+        // Rounding aside Vd·T·Dd never exceeds V·T·D, unless they were made apart.
+        let least = if self.imported { f64::NEG_INFINITY } else { 0.0 };
+        let rest: Vec<f64> = coefficients.data().iter().zip(direct.data()).map(|(all, direct)| (all - direct).max(least)).collect();
         let rest = Matrix::from_data(direct.rows(), direct.cols(), 3, rest)?;
         let direct = results::illuminance(multiplier, direct, sun_only)?;
         let sun = self.sun_illuminance();
         let mut lux = results::illuminance(multiplier, coefficients, sky_only)?;
         let rest = results::illuminance(multiplier, rest, sun_only)?;
-        lux.data_mut().par_iter_mut().zip(rest.data().par_iter().zip(sun.data())).for_each(|(lux, (rest, sun))| *lux += rest + sun);
+        lux.data_mut()
+            .par_iter_mut()
+            .zip(rest.data().par_iter().zip(sun.data()))
+            .for_each(|(lux, (rest, sun))| *lux = (*lux + rest + sun).max(0.0));
         self.write_terms([&three_phase, &direct, &sun])?;
         let _ = self.direct_and_sun.set((direct, sun));
         Ok(lux)

@@ -4,6 +4,7 @@ use super::fingerprint::Fingerprint;
 use super::five_phase::{FivePhase, Phase};
 use super::glare::{GlareJob, GlareSummary};
 use super::glare_section::GlareMethod;
+use super::import::{self, Imported};
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::method::Choice;
 use super::presets::{daylight_options, image_options, rounds, view_options};
@@ -35,6 +36,7 @@ use std::time::Instant;
 /// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins |
 /// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
+/// | `matrices/Sds.mtx` | five phases: the sun's share of S |
 /// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
 /// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D |
 /// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux |
@@ -277,6 +279,11 @@ impl<'a> Run<'a> {
             let none = Matrix::zeros(0, self.inputs.bins(), 3);
             return Ok(WithError { total: none.clone(), direct: none.clone(), standard_error: none });
         }
+        if let Some(given) = import::view(groups.iter().map(|g| (g.name.as_str(), g.view.as_ref())), self.inputs.bins())? {
+            let given = Self::imported(given);
+            self.keep_view(&given, *Fingerprint::new("V imported").add(&given.total.data()), true, clock)?;
+            return Ok(given);
+        }
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
         let mut inputs = self.view_fingerprint("V");
@@ -293,17 +300,31 @@ impl<'a> Run<'a> {
         })?;
         self.count(traced.statistics, clock);
         self.check_light(&traced.total)?;
-        let parts = [("", &traced.total), ("_direct", &traced.direct), ("_standard_error", &traced.standard_error)];
+        let traced = WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error };
+        self.keep_view(&traced, inputs, false, clock)?;
+        Ok(traced)
+    }
+
+    fn keep_view(&mut self, view: &WithError, inputs: Fingerprint, reused: bool, clock: Instant) -> Result<()> {
+        let groups = &self.inputs.sensors;
+        let parts = [("", &view.total), ("_direct", &view.direct), ("_standard_error", &view.standard_error)];
         for (suffix, matrix) in parts {
             for (group, part) in groups.iter().zip(split(matrix, groups)) {
                 let name = format!("V_{}{suffix}", group.name);
                 self.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
                 if suffix.is_empty() {
-                    self.note(&name, &part, false, clock);
+                    self.note(&name, &part, reused, clock);
                 }
             }
         }
-        Ok(WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error })
+        Ok(())
+    }
+
+    /// A matrix made elsewhere: taken for exact; without straight part where no phase asks for it.
+    fn imported(given: Imported) -> WithError {
+        let Imported { total, direct } = given;
+        let zeros = Matrix::zeros(total.rows(), total.cols(), 3);
+        WithError { direct: direct.unwrap_or_else(|| zeros.clone()), standard_error: zeros, total }
     }
 
     fn kept_view(&self, inputs: Fingerprint) -> Option<WithError> {
@@ -335,15 +356,25 @@ impl<'a> Run<'a> {
         let name = format!("D_{}", window.name);
         let shape = (window.window.basis.len(), sky.len(), 3);
         let load = |suffix: &str| self.store.load(&format!("{name}{suffix}"), inputs, shape);
-        if let (Some(total), Some(direct), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
+        let kept = || Some((load("")?, load("_direct")?, load("_standard_error")?));
+        if let Some((total, direct, standard_error)) = kept().filter(|_| window.daylight.is_none()) {
             self.note(&name, &total, true, clock);
             return Ok(WithError { total, direct, standard_error });
         }
-        let traced = average(rounds, self.progress, |round, progress| {
-            let options = daylight_options(self.project, index, round);
-            daylight_matrix::compute(self.device, &self.inputs.scene, &window.window, sky, &options, progress)
-        })?;
-        self.count(traced.statistics, clock);
+        let traced = match &window.daylight {
+            Some(given) => {
+                inputs = *Fingerprint::new("D imported").add(&given.total.data());
+                Self::imported(given.clone())
+            }
+            None => {
+                let traced = average(rounds, self.progress, |round, progress| {
+                    let options = daylight_options(self.project, index, round);
+                    daylight_matrix::compute(self.device, &self.inputs.scene, &window.window, sky, &options, progress)
+                })?;
+                self.count(traced.statistics, clock);
+                WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error }
+            }
+        };
         let about = "daylight matrix, rows the window's bins, columns patches";
         self.store.save(&format!("{name}_direct"), &traced.direct, inputs, about)?;
         self.store.save(&format!("{name}_standard_error"), &traced.standard_error, inputs, about)?;
@@ -356,8 +387,8 @@ impl<'a> Run<'a> {
             transmission_inputs,
             "transmission, rows outgoing bins, columns incident bins",
         )?;
-        self.note(&name, &traced.total, false, clock);
-        Ok(WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error })
+        self.note(&name, &traced.total, window.daylight.is_some(), clock);
+        Ok(traced)
     }
 
     fn count(&mut self, statistics: TraceStatistics, clock: Instant) {
