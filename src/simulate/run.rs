@@ -1,11 +1,12 @@
 //! One run of a project: weather to S, windows and scene to V and D, their product to illuminance.
 
 use super::fingerprint::Fingerprint;
-use super::five_phase::{FivePhase, Phase};
-use super::glare::{GlareJob, GlareSummary};
+use super::five_phase::{FivePhase, Phase, is_shaded, transmitted_where};
+use super::glare::{FiveGlare, GlareJob, GlareSummary};
 use super::glare_section::GlareMethod;
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::method::Choice;
+use super::multiply::lit_columns;
 use super::presets::{daylight_options, image_options, rounds, view_options};
 use super::project::Project;
 use super::results::{self, Sampled};
@@ -91,6 +92,13 @@ struct Run<'a> {
     product: String,
 }
 
+/// What the pictures of all views are multiplied from.
+struct ProductOfPictures<'a> {
+    multiplier: &'a dyn product::Multiplier,
+    transmitted: &'a Matrix<f64>,
+    sky: &'a Matrix<f32>,
+}
+
 /// A sampled matrix, its straight part and its standard error.
 struct WithError {
     total: Matrix<f32>,
@@ -158,11 +166,12 @@ impl<'a> Run<'a> {
 
         let clock = Instant::now();
         let sensors = self.write(&lux)?;
-        let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, five.as_ref(), warnings)?;
+        let pictures = ProductOfPictures { multiplier: multiplier.as_ref(), transmitted: &transmitted, sky: &sky };
+        let views = self.pictures(&pictures, five.as_ref(), &daylight_direct, warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, warnings)?;
+        let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, five.as_ref(), warnings)?;
         self.seconds.glare = clock.elapsed().as_secs_f64();
         self.seconds.total = start.elapsed().as_secs_f64();
         let census = five.as_ref().map(|f| f.census().clone());
@@ -215,12 +224,6 @@ impl<'a> Run<'a> {
             warnings.push(
                 Error::new("pictures show the sun through a tensor tree in patches of the sky, as three phases do")
                     .help("sensors get the traced suns; give a shade in place of the tensor tree for pictures with them"),
-            );
-        }
-        if self.project.glare.is_some() {
-            warnings.push(
-                Error::new("glare of this project is three-phase: the sun shines from patches of the sky, not through the shade")
-                    .help("its pictures and sensors have the traced suns; `lucarne glare` judges single pictures"),
             );
         }
         let clock = Instant::now();
@@ -407,12 +410,12 @@ impl<'a> Run<'a> {
     /// View matrices and pictures of all `[[view]]`s.
     fn pictures(
         &mut self,
-        multiplier: &dyn product::Multiplier,
-        transmitted: &Matrix<f64>,
-        sky: &Matrix<f32>,
+        product: &ProductOfPictures<'_>,
         five: Option<&FivePhase<'_>>,
+        daylight_direct: &[Matrix<f32>],
         warnings: &mut Warnings,
     ) -> Result<Vec<ViewSummary>> {
+        let ProductOfPictures { multiplier, transmitted, sky } = *product;
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let mut summaries = Vec::new();
         // Other ways to glare need no pictures of everything.
@@ -441,17 +444,30 @@ impl<'a> Run<'a> {
             self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds });
             self.count(statistics, clock);
             let hours = self.project.images.hours.chosen(sky)?;
-            let shaded = self.inputs.windows.iter().any(|w| w.shade.is_some());
-            let suns = five.filter(|_| shaded && !hours.is_empty()).map(|five| self.sun_pictures(five.suns(), view, &hours)).transpose()?;
-            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five.zip(suns.as_ref()), warnings)?;
+            let mut suns = None;
+            if let Some(five) = five
+                && self.inputs.windows.iter().any(is_shaded)
+                && !hours.is_empty()
+            {
+                let clock = Instant::now();
+                let mut statistics = TraceStatistics::default();
+                // The suns of all hours at once, if glare will need them.
+                let glare = self.project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
+                let needed = if glare { lit_columns(sky) } else { hours.clone() };
+                suns = Some(self.sun_pictures(five.suns(), view, &needed, &mut statistics)?);
+                self.count(statistics, clock);
+            }
+            let transmissions: Vec<&Matrix<f64>> = self.inputs.windows.iter().map(|w| &w.transmission).collect();
+            let shaded = transmitted_where(self.inputs, &transmissions, daylight_direct, &is_shaded)?;
+            let five = five.zip(suns.as_ref()).map(|(five, suns)| (five, &shaded, suns));
+            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five, warnings)?;
             summaries.push(ViewSummary { name: view.name.clone(), pixels: rows, pictures });
         }
         Ok(summaries)
     }
 
     /// What the suns of these hours put into the pictures of a view.
-    fn sun_pictures(&mut self, suns: &SunSet, view: &ViewSection, hours: &[usize]) -> Result<SunPictures> {
-        let clock = Instant::now();
+    fn sun_pictures(&self, suns: &SunSet, view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics) -> Result<SunPictures> {
         let job = SunPictureJob {
             device: self.device,
             project: self.project,
@@ -464,10 +480,7 @@ impl<'a> Run<'a> {
         for window in &self.inputs.windows {
             inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
         }
-        let mut statistics = TraceStatistics::default();
-        let pictures = job.compute(&view.name, &view.raster()?, hours, inputs, &mut statistics)?;
-        self.count(statistics, clock);
-        Ok(pictures)
+        job.compute(&view.name, &view.raster()?, hours, inputs, statistics)
     }
 
     /// Annual glare of all views, if the project asks for it.
@@ -476,10 +489,16 @@ impl<'a> Run<'a> {
         multiplier: &dyn product::Multiplier,
         [daylight, daylight_direct, daylight_error]: [&[Matrix<f32>]; 3],
         sky: &Matrix<f32>,
+        five: Option<&FivePhase<'_>>,
         warnings: &mut Warnings,
     ) -> Result<Option<GlareSummary>> {
         let Some(section) = &self.project.glare else { return Ok(None) };
         let mut statistics = TraceStatistics::default();
+        let five = five.map(|terms| (terms, self.scene_fingerprint("C")));
+        let pictures = |view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics| {
+            let Some((terms, _)) = &five else { return Err(Error::new("suns are traced by five phases only")) };
+            self.sun_pictures(terms.suns(), view, hours, statistics)
+        };
         let job = GlareJob {
             device: self.device,
             project: self.project,
@@ -491,6 +510,7 @@ impl<'a> Run<'a> {
             daylight_error,
             sky,
             view_inputs: &|kind| self.view_fingerprint(kind),
+            five: five.map(|(terms, sun_inputs)| FiveGlare { terms, sun_inputs, sun_pictures: &pictures }),
         };
         let summary = job.run(section, multiplier, &mut statistics, warnings)?;
         self.statistics.paths += statistics.paths;
