@@ -12,6 +12,8 @@ use glam::{DVec3, Vec3};
 #[cfg(test)]
 pub(crate) mod comparison;
 #[cfg(test)]
+mod cie171;
+#[cfg(test)]
 mod extremes;
 #[cfg(test)]
 mod mutations;
