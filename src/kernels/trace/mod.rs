@@ -10,9 +10,9 @@ use crate::scene::{self, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
 
 #[cfg(test)]
-pub(crate) mod comparison;
-#[cfg(test)]
 mod cie171;
+#[cfg(test)]
+pub(crate) mod comparison;
 #[cfg(test)]
 mod extremes;
 #[cfg(test)]
