@@ -93,7 +93,8 @@ impl<'a> Phase<'a> {
         let (project, inputs) = (self.project, self.inputs);
         let shaded = shaded_windows(inputs);
         let panes: Vec<(Window, PaneBsdf)> = inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.pane.clone()?))).collect();
-        let windows: Vec<Window> = sunny_windows(inputs).cloned().collect();
+        // Without windows no sun is taken for unreachable.
+        let windows: Vec<Window> = if project.quality.prune { sunny_windows(inputs).cloned().collect() } else { Vec::new() };
         let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
         shade::warn_of_mirrors(shades(inputs), warnings);
         let sensors: Vec<Sensor> = inputs.sensors.iter().flat_map(|g| &g.sensors).copied().collect();
