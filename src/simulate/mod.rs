@@ -5,6 +5,7 @@ mod estimate;
 mod fingerprint;
 mod five_phase;
 mod glare;
+mod glare_eyes;
 mod glare_noise;
 mod glare_output;
 pub mod glare_section;

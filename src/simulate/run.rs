@@ -3,33 +3,29 @@
 use super::annual;
 use super::estimate::Estimate;
 use super::fingerprint::Fingerprint;
-use super::five_phase::{FivePhase, Phase};
-use super::glare::{GlareJob, GlareSummary};
+use super::five_phase::{FivePhase, Phase, is_shaded, transmitted_where};
+use super::glare::{FiveGlare, GlareJob, GlareSummary};
 use super::glare_section::GlareMethod;
 use super::inputs::{Inputs, SensorGroup};
 use super::method::Choice;
-use super::presets::{daylight_options, image_options, view_options};
+use super::multiply::lit_columns;
+use super::presets::image_options;
 use super::project::Project;
 use super::results::{self, Content};
-use super::sampling::{Source, Stop, sample};
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
 use super::sun_pictures::{SunPictureJob, SunPictures};
 use super::suns::{SunCensus, SunSet};
-use super::uncertainty::{Chain, EstimatedError};
+use super::uncertainty::EstimatedError;
 use super::views::{ImageHours, ViewJob, ViewSection};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
-use crate::kernels::daylight_matrix::{self, DaylightOptions, unobstructed};
 use crate::kernels::product;
 use crate::kernels::trace::TraceStatistics;
-use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
-use crate::scene::points::Sensor;
 use crate::sky::{SkyOptions, sky_matrix};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Computes a project and writes its results into the folder `out`:
@@ -86,6 +82,8 @@ pub fn run(
     run.finish(start, warnings)
 }
 
+mod matrices;
+
 struct Run<'a> {
     device: &'a Device,
     project: &'a Project,
@@ -100,18 +98,11 @@ struct Run<'a> {
     product: String,
 }
 
-/// The sampled matrices.
-struct Sampled {
-    view: Estimate,
-    daylight: Vec<Estimate>,
-    /// Sds, where five phases take the sun out.
-    sun: Option<Matrix<f32>>,
-}
-
-impl Sampled {
-    fn chain<'m>(&'m self, inputs: &'m Inputs, sky: &'m Matrix<f32>) -> Chain<'m> {
-        Chain { inputs, view: &self.view, daylight: &self.daylight, sky, sun: self.sun.as_ref() }
-    }
+/// What the pictures of all views are multiplied from.
+struct ProductOfPictures<'a> {
+    multiplier: &'a dyn product::Multiplier,
+    transmitted: &'a Matrix<f64>,
+    sky: &'a Matrix<f32>,
 }
 
 impl<'a> Run<'a> {
@@ -120,7 +111,7 @@ impl<'a> Run<'a> {
         let sky = self.sky()?;
         self.seconds.sky = clock.elapsed().as_secs_f64();
 
-        let sampled = self.sampled(&sky, warnings)?;
+        let sampled = self.sampled(&sky)?;
         let daylight: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::total).collect();
         let daylight_direct: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::direct).collect();
         let daylight_error: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::standard_error).collect();
@@ -158,11 +149,12 @@ impl<'a> Run<'a> {
 
         let clock = Instant::now();
         let sensors = self.write(&lux, &errors)?;
-        let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, five.as_ref(), warnings)?;
+        let pictures = ProductOfPictures { multiplier: multiplier.as_ref(), transmitted: &transmitted, sky: &sky };
+        let views = self.pictures(&pictures, five.as_ref(), &daylight_direct, warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, warnings)?;
+        let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, five.as_ref(), warnings)?;
         self.seconds.glare = clock.elapsed().as_secs_f64();
         self.seconds.total = start.elapsed().as_secs_f64();
         let census = five.as_ref().map(|f| f.census().clone());
@@ -211,12 +203,6 @@ impl<'a> Run<'a> {
             warnings.push(
                 Error::new("pictures show the sun through a tensor tree in patches of the sky, as three phases do")
                     .help("sensors get the traced suns; give a shade in place of the tensor tree for pictures with them"),
-            );
-        }
-        if self.project.glare.is_some() {
-            warnings.push(
-                Error::new("glare of this project is three-phase: the sun shines from patches of the sky, not through the shade")
-                    .help("its pictures and sensors have the traced suns; `lucarne glare` judges single pictures"),
             );
         }
         let clock = Instant::now();
@@ -268,144 +254,6 @@ impl<'a> Run<'a> {
             inputs.add(&(&window.triangles, &window.frame, &window.basis));
         }
         inputs
-    }
-
-    /// V of all groups and D of all windows, sampled as `[quality]` asks.
-    fn sampled(&mut self, sky: &Matrix<f32>, warnings: &mut Warnings) -> Result<Sampled> {
-        self.check_stop()?;
-        let (project, inputs, device) = (self.project, self.inputs, self.device);
-        let windows: Vec<_> = inputs.windows.iter().map(|w| w.window.clone()).collect();
-        let sensors: Vec<Sensor> = inputs.sensors.iter().flat_map(|g| &g.sensors).copied().collect();
-        let straight = self.choice.phases == 5;
-        let stop = project.quality.stop();
-        let statistics = Mutex::new(TraceStatistics::default());
-        let seconds = Mutex::new(Seconds::default());
-        let none = || Matrix::zeros(0, inputs.bins(), 3);
-        let view_options = |round| ViewOptions { keep_batches: true, ..view_options(project, round) };
-        let mut view_inputs = self.view_fingerprint("V");
-        view_inputs.add(&sensors).add(&view_options(0)).add(&straight);
-        let mut sources = vec![Source {
-            name: "V".into(),
-            inputs: view_inputs,
-            shape: (sensors.len(), inputs.bins()),
-            keep_straight: straight,
-            trace: Box::new(|round, progress| {
-                let clock = Instant::now();
-                let traced = view_matrix::compute(device, &inputs.scene, &windows, &sensors, &view_options(round), progress)?;
-                statistics.lock().unwrap_or_else(PoisonError::into_inner).add(traced.statistics);
-                seconds.lock().unwrap_or_else(PoisonError::into_inner).view += clock.elapsed().as_secs_f64();
-                Ok(traced)
-            }),
-            exact: sensors.is_empty().then(|| Estimate::exact(none(), none())),
-        }];
-        for (i, window) in inputs.windows.iter().enumerate() {
-            let sky = project.method.sky;
-            let options = move |round| DaylightOptions { keep_batches: true, ..daylight_options(project, i, round) };
-            let mut fingerprint = self.scene_fingerprint("D");
-            fingerprint
-                .add(&(&window.window.triangles, &window.window.frame, &window.window.basis))
-                .add(&sky)
-                .add(&options(0))
-                .add(&straight);
-            let (statistics, seconds) = (&statistics, &seconds);
-            sources.push(Source {
-                name: format!("D_{}", window.name),
-                inputs: fingerprint,
-                shape: (window.window.basis.len(), sky.len()),
-                keep_straight: straight,
-                trace: Box::new(move |round, progress| {
-                    let clock = Instant::now();
-                    let traced = daylight_matrix::compute(device, &inputs.scene, &window.window, sky, &options(round), progress)?;
-                    statistics.lock().unwrap_or_else(PoisonError::into_inner).add(traced.statistics);
-                    seconds.lock().unwrap_or_else(PoisonError::into_inner).daylight += clock.elapsed().as_secs_f64();
-                    Ok(traced)
-                }),
-                exact: (project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window)).then(|| {
-                    let shares = unobstructed::compute(&window.window, sky);
-                    Estimate::exact(shares.clone(), shares)
-                }),
-            });
-        }
-        if let Stop::Adaptive { .. } = stop {
-            // What is sampled next depends on all of it.
-            for source in &mut sources {
-                source.inputs.add(&"adaptive").add(&sky.data());
-                for window in &inputs.windows {
-                    source.inputs.add(&window.transmission.data());
-                }
-            }
-        }
-        let sun = if straight { Some(self.sun_alone()?) } else { None };
-        let judge = |estimates: &[Estimate]| {
-            let (view, daylight) = (&estimates[0], &estimates[1..]);
-            Ok(Chain { inputs, view, daylight, sky, sun: sun.as_ref() }.judge())
-        };
-        let (mut estimates, traced) = sample(&sources, stop, self.store, self.progress, &judge)?;
-        let fingerprints: Vec<Fingerprint> = sources.iter().map(|s| s.inputs).collect();
-        drop(sources);
-        let statistics = statistics.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let spent = seconds.into_inner().unwrap_or_else(PoisonError::into_inner);
-        self.statistics.add(statistics);
-        self.traced_seconds += spent.view + spent.daylight;
-        (self.seconds.view, self.seconds.daylight) = (spent.view, spent.daylight);
-        let daylight = estimates.split_off(1);
-        let view = estimates.remove(0);
-        self.keep_view(&view, fingerprints[0], traced[0])?;
-        for (i, d) in daylight.iter().enumerate() {
-            self.keep_daylight(i, d, fingerprints[i + 1], traced[i + 1])?;
-        }
-        let _ = warnings;
-        Ok(Sampled { view, daylight, sun })
-    }
-
-    /// Sds: the sun's share of S.
-    fn sun_alone(&self) -> Result<Matrix<f32>> {
-        let options = SkyOptions { subdivision: self.project.method.sky.subdivision(), sky: false, ..SkyOptions::default() };
-        sky_matrix(&self.inputs.weather, &options, self.progress)
-    }
-
-    fn keep_view(&mut self, view: &Estimate, mut inputs: Fingerprint, traced: bool) -> Result<()> {
-        if self.inputs.sensors.is_empty() {
-            return Ok(());
-        }
-        inputs.add(&view.rounds);
-        let total = view.total();
-        self.check_light(&total)?;
-        let parts = [("", total), ("_direct", view.direct()), ("_standard_error", view.standard_error())];
-        for (suffix, matrix) in parts {
-            for (group, part) in self.inputs.sensors.iter().zip(split(&matrix, &self.inputs.sensors)) {
-                let name = format!("V_{}{suffix}", group.name);
-                if !self.store.has(&name, inputs) {
-                    self.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
-                }
-                if suffix.is_empty() {
-                    self.note(&name, (part.rows(), part.cols()), !traced, self.seconds.view, view.rounds);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn keep_daylight(&mut self, index: usize, daylight: &Estimate, mut inputs: Fingerprint, traced: bool) -> Result<()> {
-        let window = &self.inputs.windows[index];
-        let name = format!("D_{}", window.name);
-        inputs.add(&daylight.rounds);
-        let total = daylight.total();
-        let parts = [("_direct", daylight.direct()), ("_standard_error", daylight.standard_error()), ("", total.clone())];
-        for (suffix, matrix) in parts {
-            let name = format!("{name}{suffix}");
-            if !self.store.has(&name, inputs) {
-                self.store.save(&name, &matrix, inputs, "daylight matrix, rows the window's bins, columns patches")?;
-            }
-        }
-        let t = window.transmission.map(|v| v as f32);
-        let transmission_inputs = *Fingerprint::new("T").add(&t.data());
-        let t_name = format!("T_{}", window.name);
-        if !self.store.has(&t_name, transmission_inputs) {
-            self.store.save(&t_name, &t, transmission_inputs, "transmission, rows outgoing bins, columns incident bins")?;
-        }
-        self.note(&name, (total.rows(), total.cols()), !traced, self.seconds.daylight, daylight.rounds);
-        Ok(())
     }
 
     /// A result that misses what was asked for says so.
@@ -478,12 +326,12 @@ impl<'a> Run<'a> {
     /// View matrices and pictures of all `[[view]]`s.
     fn pictures(
         &mut self,
-        multiplier: &dyn product::Multiplier,
-        transmitted: &Matrix<f64>,
-        sky: &Matrix<f32>,
+        product: &ProductOfPictures<'_>,
         five: Option<&FivePhase<'_>>,
+        daylight_direct: &[Matrix<f32>],
         warnings: &mut Warnings,
     ) -> Result<Vec<ViewSummary>> {
+        let ProductOfPictures { multiplier, transmitted, sky } = *product;
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let mut summaries = Vec::new();
         // Other ways to glare need no pictures of everything.
@@ -512,17 +360,30 @@ impl<'a> Run<'a> {
             self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds, rounds: None });
             self.count(statistics, clock);
             let hours = self.project.images.hours.chosen(sky)?;
-            let shaded = self.inputs.windows.iter().any(|w| w.shade.is_some());
-            let suns = five.filter(|_| shaded && !hours.is_empty()).map(|five| self.sun_pictures(five.suns(), view, &hours)).transpose()?;
-            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five.zip(suns.as_ref()), warnings)?;
+            let mut suns = None;
+            if let Some(five) = five
+                && self.inputs.windows.iter().any(is_shaded)
+                && !hours.is_empty()
+            {
+                let clock = Instant::now();
+                let mut statistics = TraceStatistics::default();
+                // The suns of all hours at once, if glare will need them.
+                let glare = self.project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
+                let needed = if glare { lit_columns(sky) } else { hours.clone() };
+                suns = Some(self.sun_pictures(five.suns(), view, &needed, &mut statistics)?);
+                self.count(statistics, clock);
+            }
+            let transmissions: Vec<&Matrix<f64>> = self.inputs.windows.iter().map(|w| &w.transmission).collect();
+            let shaded = transmitted_where(self.inputs, &transmissions, daylight_direct, &is_shaded)?;
+            let five = five.zip(suns.as_ref()).map(|(five, suns)| (five, &shaded, suns));
+            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five, warnings)?;
             summaries.push(ViewSummary { name: view.name.clone(), pixels: rows, pictures });
         }
         Ok(summaries)
     }
 
     /// What the suns of these hours put into the pictures of a view.
-    fn sun_pictures(&mut self, suns: &SunSet, view: &ViewSection, hours: &[usize]) -> Result<SunPictures> {
-        let clock = Instant::now();
+    fn sun_pictures(&self, suns: &SunSet, view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics) -> Result<SunPictures> {
         let job = SunPictureJob {
             device: self.device,
             project: self.project,
@@ -535,10 +396,7 @@ impl<'a> Run<'a> {
         for window in &self.inputs.windows {
             inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
         }
-        let mut statistics = TraceStatistics::default();
-        let pictures = job.compute(&view.name, &view.raster()?, hours, inputs, &mut statistics)?;
-        self.count(statistics, clock);
-        Ok(pictures)
+        job.compute(&view.name, &view.raster()?, hours, inputs, statistics)
     }
 
     /// Annual glare of all views, if the project asks for it.
@@ -547,10 +405,16 @@ impl<'a> Run<'a> {
         multiplier: &dyn product::Multiplier,
         [daylight, daylight_direct, daylight_error]: [&[Matrix<f32>]; 3],
         sky: &Matrix<f32>,
+        five: Option<&FivePhase<'_>>,
         warnings: &mut Warnings,
     ) -> Result<Option<GlareSummary>> {
         let Some(section) = &self.project.glare else { return Ok(None) };
         let mut statistics = TraceStatistics::default();
+        let five = five.map(|terms| (terms, self.scene_fingerprint("C")));
+        let pictures = |view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics| {
+            let Some((terms, _)) = &five else { return Err(Error::new("suns are traced by five phases only")) };
+            self.sun_pictures(terms.suns(), view, hours, statistics)
+        };
         let job = GlareJob {
             device: self.device,
             project: self.project,
@@ -562,6 +426,7 @@ impl<'a> Run<'a> {
             daylight_error,
             sky,
             view_inputs: &|kind| self.view_fingerprint(kind),
+            five: five.map(|(terms, sun_inputs)| FiveGlare { terms, sun_inputs, sun_pictures: &pictures }),
         };
         let summary = job.run(section, multiplier, &mut statistics, warnings)?;
         self.statistics.add(statistics);

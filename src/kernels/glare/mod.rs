@@ -49,6 +49,11 @@ pub trait Additions: Sync {
     /// # Errors
     /// Whatever prevents it.
     fn of_hour(&self, hour: usize, pixels: &mut Vec<(u32, f32)>) -> Result<()>;
+
+    /// Variance of the vertical illuminance that this light makes, lx²; 0 if it is not known.
+    fn illuminance_variance(&self, _hour: usize) -> f64 {
+        0.0
+    }
 }
 
 /// Hours that are computed together.
@@ -153,5 +158,7 @@ fn coefficients(stack: &Stack<'_>, rights: &[&Matrix<f32>], hours: std::ops::Ran
     all
 }
 
+#[cfg(test)]
+mod extremes;
 #[cfg(test)]
 mod tests;
