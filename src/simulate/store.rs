@@ -3,7 +3,8 @@
 use super::fingerprint::Fingerprint;
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, read_matrix, write_matrix};
+use crate::matrix::file::{Format, MatrixFile, read_matrix, write_matrix};
+use crate::matrix::rows::MatrixRows;
 use std::path::{Path, PathBuf};
 
 /// Header key under which a matrix file keeps its [`Fingerprint`].
@@ -97,10 +98,20 @@ impl Store {
     /// A matrix of an earlier run, if it was computed from the same inputs and has this shape.
     /// Anything else there is simply computed again.
     pub fn load(&self, name: &str, inputs: Fingerprint, shape: (usize, usize, usize)) -> Option<Matrix<f32>> {
+        let matrix = self.load_file(name, inputs)?.matrix;
+        ((matrix.rows(), matrix.cols(), matrix.components()) == shape).then_some(matrix)
+    }
+
+    /// The same with its header, whatever its shape.
+    pub fn load_file(&self, name: &str, inputs: Fingerprint) -> Option<MatrixFile> {
         let file = read_matrix(&self.matrix_path(name)).ok()?;
-        let m = &file.matrix;
-        let same = file.value(INPUTS) == Some(inputs.to_string().as_str()) && (m.rows(), m.cols(), m.components()) == shape;
-        same.then_some(file.matrix)
+        (file.value(INPUTS) == Some(inputs.to_string().as_str())).then_some(file)
+    }
+
+    /// Whether a matrix of these inputs is there, by its header alone.
+    pub fn has(&self, name: &str, inputs: Fingerprint) -> bool {
+        let line = format!("{INPUTS}={inputs}");
+        MatrixRows::open(&self.matrix_path(name)).is_ok_and(|f| f.is_some_and(|f| f.header().contains(&line)))
     }
 
     /// Keeps a matrix; `about` is a line for its header that says what it is.
@@ -108,8 +119,16 @@ impl Store {
     /// # Errors
     /// Failures of the file system with the path named.
     pub fn save(&self, name: &str, matrix: &Matrix<f32>, inputs: Fingerprint, about: &str) -> Result<()> {
-        let header = [software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}")];
-        write_matrix(Some(&self.matrix_path(name)), matrix, Format::Float, &header)
+        self.save_with(name, matrix, inputs, about, &[])
+    }
+
+    /// The same with further lines of the header.
+    ///
+    /// # Errors
+    /// As [`save`](Self::save).
+    pub fn save_with(&self, name: &str, matrix: &Matrix<f32>, inputs: Fingerprint, about: &str, more: &[String]) -> Result<()> {
+        let own = [software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}")];
+        write_matrix(Some(&self.matrix_path(name)), matrix, Format::Float, &[&own, more].concat())
     }
 }
 
