@@ -15,6 +15,7 @@ pub mod plan;
 mod presets;
 pub mod project;
 mod results;
+pub mod rooms;
 mod rounds;
 mod run;
 pub mod shade;
