@@ -5,7 +5,7 @@
 // host multiplies their ratio by the exact unobstructed value.
 
 import package::shared::receiver::{Receiver};
-import package::shared::random::{sample_pair, hash_combine};
+import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
 import package::shared::counters::{count_finished};
 
@@ -41,13 +41,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if to_window.weight > 0.0 && cosine > 0.0 {
         let passed = straight_transmittance(sensor.position, to_window.direction, to_window.distance * 0.99999);
         let share = cosine * (to_window.weight / to_window.total) * params.unit;
-        let value = passed * share + 0.5;
+        // Rounded up or down at random: of many samples each has few units, and those of one triangle
+        // of a window are nearly equal, so that rounding to the nearest would favour one of them.
+        let dither = unit_f32(hash_combine(seed + 1u, index));
+        let value = passed * share + dither;
         let bin = window_bin(windows[to_window.window], -to_window.direction);
         let cell = ((batch * params.sensors + sensor_index) * params.bins + bin) * 4u;
         atomicAdd(&sums[cell], u32(value.x));
         atomicAdd(&sums[cell + 1u], u32(value.y));
         atomicAdd(&sums[cell + 2u], u32(value.z));
-        atomicAdd(&sums[cell + 3u], u32(share + 0.5));
+        atomicAdd(&sums[cell + 3u], u32(share + dither));
     }
     count_finished(true);
 }

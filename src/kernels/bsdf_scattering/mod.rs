@@ -17,6 +17,8 @@
 //! | 11 | – | incident cells per side |
 
 #[cfg(test)]
+mod extremes;
+#[cfg(test)]
 mod tests;
 
 use crate::bins::AngleBasis;

@@ -21,7 +21,7 @@ fn single(direction: DVec3) -> [f32; 3] {
     direction.as_vec3().to_array()
 }
 
-fn ask(device: &Device, words: &PackedBsdfs, probes: &[BsdfProbe]) -> Vec<BsdfAnswer> {
+pub(super) fn ask(device: &Device, words: &PackedBsdfs, probes: &[BsdfProbe]) -> Vec<BsdfAnswer> {
     let kernel = Kernel::new(device, "diagnostic/probe_bsdf", &[], &[]).unwrap();
     let words = device.upload("BSDF", words.words()).unwrap();
     let questions = device.upload("probes", probes).unwrap();
@@ -31,7 +31,7 @@ fn ask(device: &Device, words: &PackedBsdfs, probes: &[BsdfProbe]) -> Vec<BsdfAn
     device.read(&answers).unwrap()
 }
 
-fn probe(outgoing: DVec3, incident: DVec3, random: [f64; 3]) -> BsdfProbe {
+pub(super) fn probe(outgoing: DVec3, incident: DVec3, random: [f64; 3]) -> BsdfProbe {
     BsdfProbe {
         outgoing: single(outgoing),
         pane: 0,
@@ -43,12 +43,12 @@ fn probe(outgoing: DVec3, incident: DVec3, random: [f64; 3]) -> BsdfProbe {
 }
 
 /// As the device sees it.
-fn rounded(d: DVec3) -> DVec3 {
+pub(super) fn rounded(d: DVec3) -> DVec3 {
     d.as_vec3().as_dvec3()
 }
 
 /// The given files' data, isotropic trees made from them, and lobes that are missing.
-fn cases() -> Vec<(String, Scattering)> {
+pub(super) fn cases() -> Vec<(String, Scattering)> {
     let mut cases = Vec::new();
     let mut push = |name: &str, blocks: &Blocks| cases.push((name.to_string(), Scattering::of_blocks(blocks).unwrap()));
     let spiky = |b: KlemsBasis| {

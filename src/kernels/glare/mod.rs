@@ -159,4 +159,6 @@ fn coefficients(stack: &Stack<'_>, rights: &[&Matrix<f32>], hours: std::ops::Ran
 }
 
 #[cfg(test)]
+mod extremes;
+#[cfg(test)]
 mod tests;

@@ -65,13 +65,13 @@ fn hours(count: usize, seed: u32, sign: f32) -> Matrix<f32> {
     matrix
 }
 
-fn analyser(width: usize, height: usize, settings: Settings) -> Arc<Analyser> {
+pub(super) fn analyser(width: usize, height: usize, settings: Settings) -> Arc<Analyser> {
     let camera = View::parse("-vta -vp 0 0 0 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180").unwrap().camera().unwrap();
     let geometry = PixelGeometry::new(&Raster::new(camera, width, height).unwrap()).unwrap();
     Arc::new(Analyser::new(Arc::new(geometry), settings).unwrap())
 }
 
-fn detectors(what: &str) -> Vec<Box<dyn Detector>> {
+pub(super) fn detectors(what: &str) -> Vec<Box<dyn Detector>> {
     let mut all: Vec<Box<dyn Detector>> = vec![Box::new(Native)];
     if let Some(device) = Device::for_tests(what) {
         let product = product::OnDevice::with_kernel(&device, DeviceKernel::Tiled).unwrap();
@@ -80,7 +80,7 @@ fn detectors(what: &str) -> Vec<Box<dyn Detector>> {
     all
 }
 
-fn run(detector: &dyn Detector, analyser: &Arc<Analyser>, lefts: &[&Matrix<f32>], options: StackOptions, request: &Year) -> Vec<HourGlare> {
+pub(super) fn run(detector: &dyn Detector, analyser: &Arc<Analyser>, lefts: &[&Matrix<f32>], options: StackOptions, request: &Year) -> Vec<HourGlare> {
     let mut sources: Vec<InMemory> = lefts.iter().map(|m| InMemory::new(m)).collect();
     let sources = sources.iter_mut().map(|s| s as &mut dyn PixelSource).collect();
     let stack = Stack::new(analyser.clone(), sources, options).unwrap();
@@ -88,12 +88,12 @@ fn run(detector: &dyn Detector, analyser: &Arc<Analyser>, lefts: &[&Matrix<f32>]
 }
 
 /// What a picture in f64 (rounded to f32 as pictures are) gives.
-fn expected(analyser: &Analyser, picture: &[f64]) -> crate::glare::Glare {
+pub(super) fn expected(analyser: &Analyser, picture: &[f64]) -> crate::glare::Glare {
     let picture: Vec<f32> = picture.iter().map(|&l| l.max(0.0) as f32).collect();
     analyser.analyse(&picture, None).unwrap()
 }
 
-fn compare(what: &str, found: &HourGlare, wanted: &crate::glare::Glare) {
+pub(super) fn compare(what: &str, found: &HourGlare, wanted: &crate::glare::Glare) {
     let near = |a: f64, b: f64, relative: f64| (a - b).abs() <= relative * b.abs().max(1.0);
     assert_eq!(found.sources, wanted.sources.len(), "{what}");
     assert!((found.indices.dgp - wanted.indices.dgp).abs() < 1e-5, "{what}: {} {}", found.indices.dgp, wanted.indices.dgp);

@@ -179,7 +179,8 @@ impl OnDevice {
     /// Cuts a factor into parts that the device can bind, and packs each.
     fn pack(&self, outer: usize, inner: usize, components: usize, values: &[f32], left: bool) -> Result<Vec<Packed>> {
         let padded_inner = inner.next_multiple_of(INNER_MULTIPLE);
-        let bytes = (padded_inner * components * size_of::<f32>()) as u64;
+        // The narrowest tile of the product has `OUTER_MULTIPLE` columns and must be bound as well.
+        let bytes = (padded_inner.max(OUTER_MULTIPLE) * components * size_of::<f32>()) as u64;
         // Room for the padding of the last part.
         let binding = self.device.limits().max_storage_buffer_binding_size.min(self.device.limits().max_buffer_size);
         let reserve = bytes * OUTER_MULTIPLE as u64;

@@ -171,3 +171,39 @@ fn values_that_overflow_are_an_error_on_every_way() {
         assert!(multiply(&*multiplier, &big, &two).is_err(), "{}", multiplier.description());
     }
 }
+
+#[test]
+fn the_largest_and_smallest_numbers_stay_within_the_rounding_bound() {
+    // What devices may flush to zero.
+    let tiny = f64::from(f32::MIN_POSITIVE);
+    let sky = |patch: usize, hour: usize| match (patch, hour) {
+        // A sun of 10⁹ beside a sky of 1, in one patch and not in every hour.
+        (70, 0..=2) => 1e9,
+        _ => 1.0 + (patch * 7 + hour) as f32 * 1e-3,
+    };
+    let filled = |rows: usize, cols: usize, f: &dyn Fn(usize, usize) -> f32| {
+        Matrix::from_data(rows, cols, 1, (0..rows * cols).map(|k| f(k / cols, k % cols)).collect()).unwrap()
+    };
+    let mixed = |row: usize, col: usize| if (row + col).is_multiple_of(3) { 1e-40 } else { 1e-30 };
+    let cases = [
+        ("sun and sky", filled(40, 146, &|row, col| if col == 70 && row % 2 == 0 { 0.0 } else { 1e-3 * (row + 1) as f32 }), filled(146, 9, &sky)),
+        ("specular peaks beside a diffuse part", filled(145, 145, &|row, col| if row == col { 1e5 } else { 1e-6 }), filled(145, 30, &sky)),
+        ("subnormal factors", filled(33, 20, &mixed), filled(20, 17, &|_, _| 1.0)),
+        ("products below all numbers", filled(33, 20, &|_, _| 1e-30), filled(20, 17, &|_, _| 1e-30)),
+        ("the largest numbers", filled(9, 12, &|_, _| 1e30), filled(12, 10, &|_, _| 2e7)),
+        ("terms that cancel", filled(9, 146, &|_, col| if col % 2 == 0 { 1e6 } else { -1e6 }), filled(146, 10, &|row, _| 1.0 + (row / 2) as f32)),
+    ];
+    for multiplier in multipliers("extreme products") {
+        for (what, a, b) in &cases {
+            let (exact, magnitudes) = reference::product(&a.map(f64::from), &b.map(f64::from));
+            let got = multiply(&*multiplier, a, b).unwrap();
+            for ((got, exact), magnitude) in got.data().iter().zip(exact.data()).zip(magnitudes.data()) {
+                let allowed = reference::gamma(a.cols()) * magnitude + a.cols() as f64 * tiny;
+                let error = (f64::from(*got) - exact).abs();
+                assert!(error <= allowed, "{what}, {}: {got}, not {exact}", multiplier.description());
+                // No sum of light is off by more than a ten-thousandth.
+                assert!(what.contains("cancel") || error <= 1e-4 * exact + a.cols() as f64 * tiny, "{what}: {got}, not {exact}");
+            }
+        }
+    }
+}

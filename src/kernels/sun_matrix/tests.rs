@@ -276,3 +276,49 @@ fn a_picture_holds_the_disc_and_the_patch_that_the_sun_lights() {
         }
     }
 }
+
+#[test]
+fn a_slit_of_a_tenth_of_a_millimetre_lets_through_what_geometry_says() {
+    let Some(device) = Device::for_tests("a thin slit") else { return };
+    // Above the sensor a roof with a slit, the sun in the zenith. From 10 mm below, the slit shows the
+    // whole disc; from 100 mm below, a strip of it.
+    let (half, plate) = (0.5e-4, 50.0);
+    let cases = [
+        ("at the origin", DVec3::ZERO, 1.0),
+        ("in survey coordinates", DVec3::new(583_960.4, 4_507_523.7, 31.6), 1.0),
+        ("a thousand times as large", DVec3::ZERO, 1e3),
+    ];
+    for (what, origin, scale) in cases {
+        for wide in [false, true] {
+            let mut b = Builder::default();
+            let black = b.grey(0.0);
+            for side in [-1.0, 1.0] {
+                b.quad([[side * half, -plate, 0.0], [side * plate, -plate, 0.0], [side * plate, plate, 0.0], [side * half, plate, 0.0]], black);
+            }
+            if wide {
+                // A site of kilometres around it.
+                b.quad([[-4e3, -4e3, -20.0], [4e3, -4e3, -20.0], [4e3, 4e3, -20.0], [-4e3, 4e3, -20.0]], black);
+            }
+            b.scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).for_each(|p| *p = origin + *p * scale);
+            let depths = [0.005, 0.1];
+            let sensors: Vec<Sensor> = depths
+                .iter()
+                .flat_map(|depth| [(0.0, depth), (3e-3, depth)])
+                .map(|(x, depth)| Sensor { position: origin + DVec3::new(x, 0.3, -depth) * scale, direction: DVec3::Z, line: 0 })
+                .collect();
+            let sun = Sun::new(DVec3::Z);
+            let options = SunOptions { disc_samples: 512, ..SunOptions::default() }.direct();
+            let m = compute(&device, &b.scene, Openings::Anywhere, &sensors, &[sun], &options, &Silent).unwrap();
+            let seen = |row: usize| f64::from(m.direct.at(row, 0)[1]) / sun.solid_angle();
+            // The share of a disc within `w` of its middle line, in units of its radius.
+            let strip = |w: f64| if w >= 1.0 { 1.0 } else { (w * (1.0 - w * w).sqrt() + w.asin()) * std::f64::consts::FRAC_2_PI };
+            for (i, depth) in depths.iter().enumerate() {
+                let expected = strip(half / (depth * sun.chord()));
+                let error = f64::from(m.direct_error.at(2 * i, 0)[1]) / sun.solid_angle();
+                println!("{what}, wide {wide}, {depth} below: {} ± {error} of {expected}", seen(2 * i));
+                assert!((seen(2 * i) - expected).abs() < 4.0 * error + 2e-3, "{what}: {} of {expected}", seen(2 * i));
+                assert_eq!(seen(2 * i + 1), 0.0, "{what}: light beside the slit");
+            }
+        }
+    }
+}

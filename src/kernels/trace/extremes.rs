@@ -3,7 +3,7 @@
 use super::TracedMatrix;
 use super::comparison::assert_agrees;
 use super::reference;
-use super::rooms::{Builder, asymmetric, placed, sensor, street, window};
+use super::rooms::{Builder, asymmetric, placed, polygon_irradiance, sensor, street, window};
 use crate::bins::{Frame, KlemsBasis, ReinhartSky};
 use crate::gpu::Device;
 use crate::kernels::daylight_matrix::{self, DaylightOptions};
@@ -147,6 +147,33 @@ fn a_sphere_fills_with_light_as_the_geometric_series_says() {
     }
 }
 
+#[test]
+fn a_white_furnace_glows_as_often_as_it_reflects() {
+    let Some(device) = Device::for_tests("white furnace") else { return };
+    // A closed room whose walls emit 1 and reflect ρ has the radiosity 1/(1 − ρ). Here the emission
+    // enters through a small opening of a sphere, which spreads it evenly: every point of the wall
+    // receives 1/(1 − ρ kept) times that, `kept` being what does not leave through the opening.
+    for (reflectance, rings, light_paths, near_samples, tolerance) in [(0.9, 20, 2048, 1024, Some(1e-3)), (0.99, 12, 128, 1024, None)] {
+        let (scene, w, opening, wall) = sphere(0.01, reflectance, rings);
+        let inside = 1.0 - 5.0 / (rings * rings) as f64;
+        let sensors: Vec<Sensor> = [DVec3::NEG_Z, DVec3::X, DVec3::new(-0.6, 0.5, 0.3), DVec3::new(0.1, -1.0, -0.4)]
+            .map(|d| Sensor { position: d.normalize() * inside, direction: -d.normalize(), line: 0 })
+            .to_vec();
+        let v = view(&device, &scene, &w, &sensors, &ViewOptions { light_paths, near_samples, ..ViewOptions::default() });
+        let even = PI * opening / wall;
+        let expected = 1.0 / (1.0 - reflectance * (1.0 - opening / wall));
+        // A sensor in front of the wall receives directly not quite what the wall receives.
+        let reflected = |row: usize| row_sum(&v, row).0 - direct_sum(&v, row);
+        let found: Vec<(f64, f64)> = (0..sensors.len()).map(|row| (1.0 + reflected(row) / even, row_sum(&v, row).1 / even)).collect();
+        let mean = found.iter().map(|f| f.0).sum::<f64>() / found.len() as f64;
+        // The sensors share the light paths: their errors do not average out.
+        let error = found.iter().map(|f| f.1).sum::<f64>() / found.len() as f64;
+        println!("reflectance {reflectance}: {mean:.4} ± {error:.4} of {expected:.4}; {found:.4?}");
+        assert!((mean - expected).abs() < tolerance.map_or(4.0 * error, |t| t * expected), "{mean} ± {error}, not {expected}");
+        assert!(error < 0.01 * expected, "so uncertain that everything agrees");
+    }
+}
+
 /// Turns a scene and its window.
 fn turned(scene: &Scene, w: &Window, turn: DMat3) -> (Scene, Window) {
     let (mut scene, mut w) = (scene.clone(), w.clone());
@@ -192,17 +219,6 @@ fn turning_the_room_and_sensors_on_its_surfaces_change_nothing() {
     }
 }
 
-/// Irradiance from a polygon of radiance 1 (Lambert 1760), all of it above the sensor's horizon.
-fn polygon_irradiance(corners: &[DVec3], eye: DVec3, normal: DVec3) -> f64 {
-    let mut sum = 0.0;
-    for (i, &a) in corners.iter().enumerate() {
-        let (a, b) = ((a - eye).normalize(), (corners[(i + 1) % corners.len()] - eye).normalize());
-        let across = a.cross(b);
-        sum += across.length().atan2(a.dot(b)) * across.normalize_or_zero().dot(normal);
-    }
-    (sum / 2.0).abs()
-}
-
 #[test]
 fn windows_seen_edge_on_or_from_behind_give_what_geometry_says() {
     let Some(device) = Device::for_tests("windows seen edge-on") else { return };
@@ -215,7 +231,7 @@ fn windows_seen_edge_on_or_from_behind_give_what_geometry_says() {
             let v = view(&device, &Scene::default(), &w, &[sensor([3.0, y, 0.4], normal.to_array())], &options);
             let exact = polygon_irradiance(&corners.map(DVec3::from_array), DVec3::new(3.0, y, 0.4), normal.normalize());
             let found = row_sum(&v, 0).0;
-            assert!((found / exact - 1.0).abs() < 1e-3, "y {y}: {found}, not {exact}");
+            assert!((found / exact - 1.0).abs() < 1e-6, "y {y}: {found}, not {exact}");
         }
     }
     // In its plane, behind it, and on its surface facing away: exactly nothing, and no NaN.
@@ -232,6 +248,36 @@ fn windows_seen_edge_on_or_from_behind_give_what_geometry_says() {
     let options = ViewOptions { bounces: Some(3), light_paths: 32, ..ViewOptions::default() };
     let v = view(&device, &scene, &w, &[sensor([1.0, -0.5, 1.5], [0.0, 1.0, 0.0])], &options);
     assert_eq!(row_sum(&v, 0).0, 0.0, "light leaks through the window's back or the wall");
+}
+
+#[test]
+fn a_hundred_million_samples_of_one_bin_add_up() {
+    let Some(device) = Device::for_tests("a hundred million samples") else { return };
+    // A window that faces the ground: all paths of a bin end in one cell, whose value is 1.
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let roof = window(corners, DVec3::Z, DVec3::Y, KlemsBasis::Quarter);
+    let options = DaylightOptions { bounces: Some(0), paths: 1 << 19, batches: 5, ..DaylightOptions::default() };
+    let d = daylight_matrix::compute(&device, &Scene::default(), &roof, ReinhartSky::new(1).unwrap(), &options, &Silent).unwrap();
+    assert!(d.statistics.paths > 100_000_000, "{}", d.statistics.paths);
+    for bin in 0..d.total.rows() {
+        let ground = d.total.at(bin, 0)[1];
+        assert!((ground - 1.0).abs() < 1e-6, "bin {bin}: {ground}");
+    }
+    // A sensor whose window lies in one bin, half of it behind a wall: 10⁸ rays into that bin.
+    let mut b = Builder::default();
+    let black = b.grey(0.0);
+    let far = 40.0;
+    b.quad([[-9.0, 20.0, -9.0], [0.0, 20.0, -9.0], [0.0, 20.0, 9.0], [-9.0, 20.0, 9.0]], black);
+    let corners = [[-0.5, 0.0, -0.5], [-0.5, 0.0, 0.5], [0.5, 0.0, 0.5], [0.5, 0.0, -0.5]];
+    let w = window(corners, DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
+    let eye = DVec3::new(0.0, far, 0.0);
+    let options = ViewOptions { bounces: Some(1), direct_samples: 4_000_000, batches: 25, ..ViewOptions::default() };
+    let v = view(&device, &b.scene, &w, &[sensor(eye.to_array(), [0.0, -1.0, 0.0])], &options);
+    let exact = polygon_irradiance(&corners.map(DVec3::from_array), eye, DVec3::NEG_Y) / 2.0;
+    let lit: Vec<usize> = (0..v.total.cols()).filter(|bin| v.total.at(0, *bin)[1] > 0.0).collect();
+    println!("bins {lit:?}: {} of {exact} ± {}", row_sum(&v, 0).0, row_sum(&v, 0).1);
+    assert_eq!(lit.len(), 1);
+    assert!((row_sum(&v, 0).0 / exact - 1.0).abs() < 1e-5, "{} of {exact}", row_sum(&v, 0).0);
 }
 
 #[test]

@@ -53,6 +53,17 @@ pub fn sensor(position: [f64; 3], direction: [f64; 3]) -> Sensor {
     Sensor { position: DVec3::from_array(position), direction: DVec3::from_array(direction), line: 0 }
 }
 
+/// Irradiance from a polygon of radiance 1 (Lambert 1760), all of it above the sensor's horizon.
+pub fn polygon_irradiance(corners: &[DVec3], eye: DVec3, normal: DVec3) -> f64 {
+    let mut sum = 0.0;
+    for (i, &a) in corners.iter().enumerate() {
+        let (a, b) = ((a - eye).normalize(), (corners[(i + 1) % corners.len()] - eye).normalize());
+        let across = a.cross(b);
+        sum += across.length().atan2(a.dot(b)) * across.normalize_or_zero().dot(normal);
+    }
+    (sum / 2.0).abs()
+}
+
 /// Moves and scales a scene and its window: p becomes origin + scale · p.
 pub fn placed(scene: &Scene, window: &Window, origin: DVec3, scale: f64) -> (Scene, Window) {
     let (mut scene, mut window) = (scene.clone(), window.clone());

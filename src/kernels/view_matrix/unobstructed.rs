@@ -8,7 +8,7 @@
 
 use crate::scene::Window;
 use glam::{DVec2, DVec3};
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Gauss-Legendre nodes and weights on [-1, 1], four points.
 const NODES: [(f64, f64); 4] = [
@@ -96,6 +96,7 @@ fn add_edge(window: &Window, from: DVec2, to: DVec2, n: DVec3, height: f64, row:
         // the window's point.
         let width = TAU / ring.bins as f64;
         let turned = towards + TAU / 2.0;
+        let towards = towards.sin_cos();
         let bin_at = |angle: f64| ((angle + turned) / width + 0.5).floor();
         if ring.bins > 1 {
             let (first, last) = (bin_at(start) as i64, bin_at(end) as i64);
@@ -103,32 +104,77 @@ fn add_edge(window: &Window, from: DVec2, to: DVec2, n: DVec3, height: f64, row:
         }
         breaks.sort_by(f64::total_cmp);
         for piece in breaks.windows(2) {
-            let (middle, half) = ((piece[0] + piece[1]) / 2.0, (piece[1] - piece[0]) / 2.0);
-            if half <= 0.0 || distance / middle.cos() < near {
+            let middle = f64::midpoint(piece[0], piece[1]);
+            if piece[1] <= piece[0] || distance / middle.cos() < near {
                 continue;
             }
             let bin = ring.first + if ring.bins > 1 { (bin_at(middle) as i64).rem_euclid(ring.bins as i64) as usize } else { 0 };
-            let integral: f64 = NODES
-                .iter()
-                .map(|(node, weight)| {
-                    let angle = middle + half * node;
-                    let (sin, cos) = (angle + towards).sin_cos();
-                    let tilt = n.x * cos + n.y * sin;
-                    let edge = distance / angle.cos();
-                    weight * (radial(edge.min(far), height, n.z, tilt) - radial(near, height, n.z, tilt))
+            // ∫ tilt dφ and ∫ dφ, exact: what edges have in common must cancel.
+            let tilt = |sin: f64, cos: f64| n.x * (cos * towards.1 - sin * towards.0) + n.y * (sin * towards.1 + cos * towards.0);
+            let tilts = tilt(-piece[1].cos(), piece[1].sin()) - tilt(-piece[0].cos(), piece[0].sin());
+            let even = |[skew, straight]: [f64; 2]| 0.5 * (tilts * skew - n.z * (piece[1] - piece[0]) * straight);
+            let inner = even(radial(near, height));
+            let outer = if distance / middle.cos() >= far {
+                even(radial(far, height))
+            } else if distance / piece[0].cos().max(piece[1].cos()) > height {
+                // As what is missing from the whole half space, which is little.
+                even([FRAC_PI_2, 1.0])
+                    - integral(piece[0], piece[1], |sin, cos| {
+                        let [skew, straight] = beyond(distance / cos, height);
+                        0.5 * (tilt(sin, cos) * skew - n.z * straight)
+                    })
+            } else {
+                integral(piece[0], piece[1], |sin, cos| {
+                    let [skew, straight] = radial(distance / cos, height);
+                    0.5 * (tilt(sin, cos) * skew - n.z * straight)
                 })
-                .sum();
-            row[bin] += sign * half * integral;
+            };
+            row[bin] += sign * (outer - inner);
         }
     }
 }
 
-/// ∫₀^ρ of (tilt ρ − n_z h) h ρ / (h² + ρ²)² dρ.
-fn radial(rho: f64, height: f64, n_z: f64, tilt: f64) -> f64 {
-    let d2 = height * height + rho * rho;
-    let straight = if rho.is_finite() { rho * rho / d2 } else { 1.0 };
-    let skew = (rho / height).atan() - if rho.is_finite() { rho * height / d2 } else { 0.0 };
-    0.5 * (tilt * skew - n_z * straight)
+/// ∫ f(sin φ, cos φ) dφ within (−π/2, π/2) of a function of the edge's distance, which grows as
+/// 1/cos φ: with tanh u = sin φ its nearest singularity keeps π/2 away from all real u, wherever the
+/// edge lies, so that steps of 0.7 leave an error of 10⁻⁷.
+fn integral(start: f64, end: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
+    const STEP: f64 = 0.7;
+    const LARGEST: f64 = 30.0;
+    let [from, to] = [start, end].map(|angle| angle.sin().atanh().clamp(-LARGEST, LARGEST));
+    let steps = ((to - from) / STEP).ceil().max(1.0);
+    let half = (to - from) / steps / 2.0;
+    (0..steps as usize)
+        .map(|k| {
+            let middle = from + half * (2.0 * k as f64 + 1.0);
+            let value = |node: f64| {
+                let u = middle + half * node;
+                let cos = 1.0 / u.cosh();
+                cos * f(u.tanh(), cos)
+            };
+            half * NODES.iter().map(|(node, weight)| weight * value(*node)).sum::<f64>()
+        })
+        .sum()
+}
+
+/// ∫₀^ρ of 2 ρ h/(h² + ρ²)² times ρ and times h: with these the radial half of the integral of
+/// (tilt ρ − n_z h) h ρ/(h² + ρ²)² is (tilt · first − n_z · second)/2.
+fn radial(rho: f64, height: f64) -> [f64; 2] {
+    let x = rho / height;
+    if x > 1.0 {
+        let [skew, straight] = beyond(rho, height);
+        return [FRAC_PI_2 - skew, 1.0 - straight];
+    }
+    let straight = x * x / (1.0 + x * x);
+    // The difference of two nearly equal numbers close to the foot.
+    let skew =
+        if x < 0.01 { x.powi(3) * (2.0 / 3.0 - x * x * (4.0 / 5.0 - x * x * 6.0 / 7.0)) } else { x.atan() - x / (1.0 + x * x) };
+    [skew, straight]
+}
+
+/// As [`radial`], from ρ to infinity.
+fn beyond(rho: f64, height: f64) -> [f64; 2] {
+    let y = height / rho;
+    [y.atan() + y / (1.0 + y * y), y * y / (1.0 + y * y)]
 }
 
 /// Angle from `towards`, in (−π, π].
@@ -142,7 +188,7 @@ mod tests {
     use super::*;
     use crate::bins::KlemsBasis;
     use crate::kernels::trace::reference::Random;
-    use crate::kernels::trace::rooms::window;
+    use crate::kernels::trace::rooms::{polygon_irradiance, window};
 
     fn row(w: &Window, position: DVec3, normal: DVec3) -> Vec<f64> {
         let mut row = vec![0.0; w.basis.len()];
@@ -166,6 +212,28 @@ mod tests {
         let sum: f64 = row(&huge, DVec3::Y, DVec3::Z).iter().sum();
         assert!((sum / std::f64::consts::PI - 0.5).abs() < 1e-5, "{sum}");
         assert!(row(&w, DVec3::NEG_Y, DVec3::Y).iter().all(|&v| v == 0.0), "nothing is seen from outside");
+    }
+
+    #[test]
+    fn sums_are_lamberts_formula_near_and_far() {
+        let corners = [[-0.5, 0.0, -0.5], [-0.5, 0.0, 0.5], [0.5, 0.0, 0.5], [0.5, 0.0, -0.5]];
+        for basis in [KlemsBasis::Full, KlemsBasis::Quarter] {
+            let w = window(corners, DVec3::Y, DVec3::Z, basis);
+            for height in [1e-3, 1e-2, 0.3, 3.0, 40.0, 1e3] {
+                for (x, z) in [(0.0, 0.0), (0.1, -0.3), (0.499, 0.2), (3.0, 0.7)] {
+                    for normal in [DVec3::NEG_Y, DVec3::new(0.3, -1.0, -0.2), DVec3::new(-1.0, -0.4, 0.1)] {
+                        let eye = DVec3::new(x, height, z);
+                        let ahead = corners.iter().all(|c| (DVec3::from_array(*c) - eye).dot(normal) > 0.0);
+                        if !ahead {
+                            continue;
+                        }
+                        let exact = polygon_irradiance(&corners.map(DVec3::from_array), eye, normal.normalize());
+                        let sum: f64 = row(&w, eye, normal).iter().sum();
+                        assert!((sum / exact - 1.0).abs() < 1e-6, "{eye} {normal}: {sum}, not {exact}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

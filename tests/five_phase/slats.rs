@@ -1,0 +1,144 @@
+//! Suns through real slats against Radiance's results.
+
+use super::*;
+use lucarne::kernels::sun_matrix::geometry::{Openings, SunMatrix, SunOptions, compute};
+use lucarne::scene::rad::read_scene;
+
+/// The black tutorial room with its blinds, its sensors and the folder of references.
+struct Tutorial {
+    scene: lucarne::scene::Scene,
+    sensors: Vec<Sensor>,
+    room: PathBuf,
+    reference: PathBuf,
+}
+
+fn tutorial() -> Option<Tutorial> {
+    let data = testing::shared()?.join("data");
+    let room = data.join("tutorial_room");
+    let files = ["materialBlack.rad", "roomBlack.rad", "../reference/fivephase/blindsGeometry.rad"].map(PathBuf::from);
+    let scene = read_scene(&files, &room, &mut Warnings::new()).unwrap();
+    let sensors = read_points(&room.join("points.txt")).unwrap();
+    Some(Tutorial { scene, sensors, room, reference: data.join("reference/fivephase") })
+}
+
+fn suns_of(file: &Path) -> Vec<Sun> {
+    let scene = read_scene(&[file.to_path_buf()], Path::new("."), &mut Warnings::new()).unwrap();
+    scene.sources.iter().map(|s| Sun { direction: s.direction, radius: (s.angle / 2.0).to_radians() }).collect()
+}
+
+#[test]
+fn eight_suns_through_real_slats_are_radiances() {
+    let Some(t) = tutorial() else { return };
+    let Some(device) = device("the tutorial's suns") else { return };
+    let suns: Vec<Sun> = suns_of(&t.reference.join("suns_sel.rad")).into_iter().map(Sun::as_point).collect();
+    let run = |options: SunOptions| compute(&device, &t.scene, Openings::Anywhere, &t.sensors, &suns, &options, &Silent).unwrap();
+
+    // Straight light of point suns: the same arithmetic, so the same numbers, shadow edges aside.
+    let direct = run(SunOptions { disc_samples: 1, ..SunOptions::default() }.direct()).total;
+    let wanted = read_matrix(&t.reference.join("CdsSelV_geo0.mtx")).unwrap().matrix;
+    let (mut worst, mut lit, mut edges) = (0.0f64, 0, 0);
+    for row in 0..wanted.rows() {
+        for sun in 0..wanted.cols() {
+            match (at(&direct, row, sun), at(&wanted, row, sun)) {
+                (found, expected) if found > 0.0 && expected > 0.0 => {
+                    lit += 1;
+                    worst = worst.max((found / expected - 1.0).abs());
+                }
+                (found, expected) => edges += usize::from(found != expected),
+            }
+        }
+    }
+    println!("{lit} lit pairs of sensor and sun: worst {worst:.1e}; {edges} differ at shadow edges");
+    assert!(lit > 100 && worst < 1e-5 && edges <= 1);
+
+    // Scattered by the slats, as with -ab 4: sums over 100 sensors for suns that do not come straight.
+    // The reference's own noise, unknown, is the larger the weaker the light.
+    let options = SunOptions { disc_samples: 1, paths: 256, bounces: Some(4), ..SunOptions::default() };
+    let windows = lucarne::scene::read_windows(Path::new("objects/GlazingVmtx.rad"), &t.room, &mut Warnings::new()).unwrap();
+    let all = compute(&device, &t.scene, Openings::Windows(&windows), &t.sensors, &suns, &options, &Silent).unwrap();
+    let wanted4 = read_matrix(&t.reference.join("CdsSelV_geo4.mtx")).unwrap().matrix;
+    for sun in 0..5 {
+        let sum = |m: &Matrix<f32>| (0..100).map(|row| at(m, row, sun)).sum::<f64>();
+        let ratio = sum(&all.total) / sum(&wanted4);
+        println!("sun {sun}: scattered light {ratio:.4} of Radiance's");
+        assert!((ratio - 1.0).abs() < if sun < 3 { 0.01 } else { 0.06 }, "sun {sun}: {ratio}");
+    }
+}
+
+/// Annual sum of illuminance per sensor for the suns of a year, by the reference's photometric weights.
+fn annual(set: &SunSet, m: &SunMatrix) -> Vec<f64> {
+    let year = |row| set.hours.iter().flatten().map(|(sun, radiance)| at(&m.total, row, *sun) * radiance * (47.4 + 119.9 + 11.6)).sum();
+    (0..m.total.rows()).map(year).collect()
+}
+
+#[test]
+fn a_year_of_sun_through_real_slats_is_radiances() {
+    let Some(t) = tutorial() else { return };
+    let Some(device) = device("the tutorial's year of sun") else { return };
+    let weather = Weather::read(&t.room.join("weather/NYC.wea"), &mut Warnings::new()).unwrap();
+    let set = SunSet::new(&weather, SunScheme::Patches(ReinhartSky::new(6).unwrap()), &[]).unwrap();
+    println!("{:?}", set.census);
+    assert_eq!((set.census.all, set.census.needed + set.census.never), (5185, 5185));
+    let points: Vec<Sun> = set.suns.iter().map(|s| s.as_point()).collect();
+    let reference = |name: &str| {
+        let m = read_matrix(&t.reference.join(name)).unwrap().matrix;
+        (0..m.cols()).map(|sensor| (0..m.rows()).map(|hour| at(&m, hour, sensor)).sum::<f64>()).collect::<Vec<_>>()
+    };
+    let run = |suns: &[Sun], options: &SunOptions| {
+        annual(&set, &compute(&device, &t.scene, Openings::Anywhere, &t.sensors, suns, options, &Silent).unwrap())
+    };
+    let wanted = reference("annual_sun_geo0.ill");
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let bright = mean(&wanted) / 100.0;
+    let worst = |found: &[f64], wanted: &[f64]| {
+        let pairs = found.iter().zip(wanted).filter(|(_, w)| **w > bright);
+        pairs.map(|(f, w)| (f / w - 1.0).abs()).fold(0.0, f64::max)
+    };
+    let found = run(&points, &SunOptions { disc_samples: 1, ..SunOptions::default() }.direct());
+    println!("point suns: worst sensor {:.3} %", 100.0 * worst(&found, &wanted));
+    // One sun in a hundred stands where a sensor is at a slat's edge.
+    let off = found.iter().zip(&wanted).filter(|(f, w)| **w > bright && (*f / *w - 1.0).abs() > 0.02).count();
+    assert!(off <= 25, "{off} sensors");
+    assert!((mean(&found) / mean(&wanted) - 1.0).abs() < 0.01);
+}
+
+/// Eight real discs through the slats against Radiance's own shadow rays. Radiance spreads them over a
+/// square of the disc's area, whose corners reach farther between the slats: a difference of up to
+/// 2 % of a sun remains.
+#[test]
+fn discs_through_real_slats_are_radiances() {
+    let Some(t) = tutorial() else { return };
+    let Some(device) = device("the tutorial's discs") else { return };
+    let (Some(mut oconv), Some(mut rcontrib)) = (testing::radiance("oconv"), testing::radiance("rcontrib")) else { return };
+    const RAYS: usize = 512;
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["materialBlack.rad", "roomBlack.rad", "../reference/fivephase/blindsGeometry.rad", "../reference/fivephase/suns_sel.rad"];
+    let octree = folder.path().join("room.oct");
+    std::fs::write(&octree, testing::output(oconv.arg("-f").args(files).current_dir(&t.room))).unwrap();
+    let points = folder.path().join("points.txt");
+    let line =
+        |s: &Sensor| format!("{} {} {} {} {} {}\n", s.position.x, s.position.y, s.position.z, s.direction.x, s.direction.y, s.direction.z);
+    std::fs::write(&points, t.sensors.iter().map(|s| line(s).repeat(RAYS)).collect::<String>()).unwrap();
+    let options = format!("-h -V+ -I+ -ab 0 -dc 1 -dt 0 -dj 1 -ss 0 -c {RAYS} -y 100 -faf -M");
+    rcontrib.args(options.split(' ')).arg(t.reference.join("suns_sel.mod")).arg(&octree).stdin(std::fs::File::open(&points).unwrap());
+    let bytes = testing::output(&mut rcontrib);
+    let theirs: Vec<f64> = bytes.chunks_exact(12).map(|v| f64::from(f32::from_le_bytes([v[0], v[1], v[2], v[3]])) / 1e6).collect();
+    let suns = suns_of(&t.reference.join("suns_sel.rad"));
+    let options = SunOptions { disc_samples: 128, ..SunOptions::default() }.direct();
+    let ours = compute(&device, &t.scene, Openings::Anywhere, &t.sensors, &suns, &options, &Silent).unwrap();
+    for sun in 5..8 {
+        let (mut found, mut expected, mut variance) = (0.0, 0.0, 0.0);
+        let most = (0..100).map(|row| theirs[row * 8 + sun]).fold(0.0, f64::max);
+        for row in 0..100 {
+            let value = theirs[row * 8 + sun];
+            found += at(&ours.total, row, sun);
+            expected += value;
+            // A ray arrives or not.
+            variance += value * (most - value) / RAYS as f64 + at(&ours.direct_error, row, sun).powi(2);
+        }
+        let sigmas = (found - expected).abs() / variance.sqrt();
+        println!("sun {sun}: {:.4} of Radiance's ± {:.4}", found / expected, variance.sqrt() / expected);
+        assert!(sigmas < 4.0 || (found / expected - 1.0).abs() < 0.02, "sun {sun}: {found} {expected}");
+        assert!(variance.sqrt() < 0.01 * expected);
+    }
+}
