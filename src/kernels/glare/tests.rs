@@ -80,7 +80,13 @@ pub(super) fn detectors(what: &str) -> Vec<Box<dyn Detector>> {
     all
 }
 
-pub(super) fn run(detector: &dyn Detector, analyser: &Arc<Analyser>, lefts: &[&Matrix<f32>], options: StackOptions, request: &Year) -> Vec<HourGlare> {
+pub(super) fn run(
+    detector: &dyn Detector,
+    analyser: &Arc<Analyser>,
+    lefts: &[&Matrix<f32>],
+    options: StackOptions,
+    request: &Year,
+) -> Vec<HourGlare> {
     let mut sources: Vec<InMemory> = lefts.iter().map(|m| InMemory::new(m)).collect();
     let sources = sources.iter_mut().map(|s| s as &mut dyn PixelSource).collect();
     let stack = Stack::new(analyser.clone(), sources, options).unwrap();

@@ -186,12 +186,20 @@ fn the_largest_and_smallest_numbers_stay_within_the_rounding_bound() {
     };
     let mixed = |row: usize, col: usize| if (row + col).is_multiple_of(3) { 1e-40 } else { 1e-30 };
     let cases = [
-        ("sun and sky", filled(40, 146, &|row, col| if col == 70 && row % 2 == 0 { 0.0 } else { 1e-3 * (row + 1) as f32 }), filled(146, 9, &sky)),
+        (
+            "sun and sky",
+            filled(40, 146, &|row, col| if col == 70 && row % 2 == 0 { 0.0 } else { 1e-3 * (row + 1) as f32 }),
+            filled(146, 9, &sky),
+        ),
         ("specular peaks beside a diffuse part", filled(145, 145, &|row, col| if row == col { 1e5 } else { 1e-6 }), filled(145, 30, &sky)),
         ("subnormal factors", filled(33, 20, &mixed), filled(20, 17, &|_, _| 1.0)),
         ("products below all numbers", filled(33, 20, &|_, _| 1e-30), filled(20, 17, &|_, _| 1e-30)),
         ("the largest numbers", filled(9, 12, &|_, _| 1e30), filled(12, 10, &|_, _| 2e7)),
-        ("terms that cancel", filled(9, 146, &|_, col| if col % 2 == 0 { 1e6 } else { -1e6 }), filled(146, 10, &|row, _| 1.0 + (row / 2) as f32)),
+        (
+            "terms that cancel",
+            filled(9, 146, &|_, col| if col % 2 == 0 { 1e6 } else { -1e6 }),
+            filled(146, 10, &|row, _| 1.0 + (row / 2) as f32),
+        ),
     ];
     for multiplier in multipliers("extreme products") {
         for (what, a, b) in &cases {

@@ -293,7 +293,10 @@ fn a_slit_of_a_tenth_of_a_millimetre_lets_through_what_geometry_says() {
             let mut b = Builder::default();
             let black = b.grey(0.0);
             for side in [-1.0, 1.0] {
-                b.quad([[side * half, -plate, 0.0], [side * plate, -plate, 0.0], [side * plate, plate, 0.0], [side * half, plate, 0.0]], black);
+                b.quad(
+                    [[side * half, -plate, 0.0], [side * plate, -plate, 0.0], [side * plate, plate, 0.0], [side * half, plate, 0.0]],
+                    black,
+                );
             }
             if wide {
                 // A site of kilometres around it.

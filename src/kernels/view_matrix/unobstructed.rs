@@ -166,8 +166,7 @@ fn radial(rho: f64, height: f64) -> [f64; 2] {
     }
     let straight = x * x / (1.0 + x * x);
     // The difference of two nearly equal numbers close to the foot.
-    let skew =
-        if x < 0.01 { x.powi(3) * (2.0 / 3.0 - x * x * (4.0 / 5.0 - x * x * 6.0 / 7.0)) } else { x.atan() - x / (1.0 + x * x) };
+    let skew = if x < 0.01 { x.powi(3) * (2.0 / 3.0 - x * x * (4.0 / 5.0 - x * x * 6.0 / 7.0)) } else { x.atan() - x / (1.0 + x * x) };
     [skew, straight]
 }
 
