@@ -109,7 +109,6 @@ const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[
     ("shared/material", "exp(-5.85 * cosine) - 0.00287989916", "exp(-5.85 * cosine) + 0.6"),
     ("shared/bvh", "(b - a) * shares.y", "(b - a) * shares.z"),
     ("shared/bvh", "select(n2.xyzw, n2.zwxy, inverse.x < 0.0)", "select(n2.xyzw, n2.zwxy, inverse.x > 0.0)"),
-    ("shared/bvh", "beside.z + dot(normal.xy, beside.xy) / normal.z", "beside.z - dot(normal.xy, beside.xy) / normal.z"),
     ("shared/bvh", "let w = edge_area(b, a);", "let w = edge_area(a, b);"),
     ("shared/frame", "let b = n.x * n.y * a;", "let b = -n.x * n.y * a;"),
 ];
