@@ -9,7 +9,7 @@
 
 use super::fingerprint::Fingerprint;
 use super::import;
-use super::inputs::{Inputs, ProjectWindow};
+use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::multiply;
 use super::presets::{pane_options, sun_options};
 use super::project::Project;
@@ -60,10 +60,8 @@ pub struct FivePhase<'a> {
     imported: bool,
     /// S without the sun's patches, and the sun's patches alone; nothing if there is no sun.
     skies: Option<(Matrix<f32>, Matrix<f32>)>,
-    /// T·Dd of windows with a shade, zeros for all others; rows as V's columns.
+    /// T·Dd of windows whose sun is traced, zeros for all others; rows as V's columns.
     transmitted_direct: Matrix<f64>,
-    /// The same, of windows with a shade only: pictures show suns through shades.
-    transmitted_shaded: Matrix<f64>,
     /// Illuminance of Vd·T·Dd·Sds and Cds·Ssun once they are known, `[sensor][hour]`, lx.
     direct_and_sun: std::sync::OnceLock<(Matrix<f32>, Matrix<f32>)>,
 }
@@ -75,7 +73,7 @@ pub fn shaded_windows(inputs: &Inputs) -> Vec<(Window, Vec<DVec3>)> {
 
 /// Windows through which suns are traced, by their shade or their scattering data.
 pub fn sunny_windows(inputs: &Inputs) -> impl Iterator<Item = &Window> {
-    inputs.windows.iter().filter(|w| w.shade.is_some() || w.pane.is_some()).map(|w| &w.window)
+    inputs.windows.iter().filter(|w| is_sunny(w)).map(|w| &w.window)
 }
 
 /// The shades of all windows.
@@ -91,17 +89,48 @@ impl<'a> Phase<'a> {
     /// Failures of device and file system, or when stopped.
     pub fn compute(
         &self,
-        mut fingerprint: Fingerprint,
+        fingerprint: Fingerprint,
         daylight_direct: &[Matrix<f32>],
         warnings: &mut Warnings,
     ) -> Result<(FivePhase<'a>, Option<TraceStatistics>)> {
         let (project, inputs) = (self.project, self.inputs);
-        let shaded = shaded_windows(inputs);
-        let panes: Vec<(Window, PaneBsdf)> = inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.pane.clone()?))).collect();
-        let windows: Vec<Window> = sunny_windows(inputs).cloned().collect();
+        // Without windows no sun is taken for unreachable.
+        let windows: Vec<Window> = if project.quality.prune { sunny_windows(inputs).cloned().collect() } else { Vec::new() };
         let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
         shade::warn_of_mirrors(shades(inputs), warnings);
-        let sensors: Vec<Sensor> = inputs.sensors.iter().flat_map(|g| &g.sensors).copied().collect();
+        let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
+        if traced {
+            self.write_suns(&suns)?;
+        }
+        let statistics = traced.then_some(matrix.statistics);
+        let skies = (suns.census.hours > 0 || suns.census.hours_below_horizon > 0).then(|| self.skies()).transpose()?;
+        let transmissions: Vec<&Matrix<f64>> = inputs.windows.iter().map(|w| &w.transmission).collect();
+        let transmitted_direct = transmitted_where(inputs, &transmissions, daylight_direct, &is_sunny)?;
+        let five = FivePhase {
+            inputs,
+            store: self.store,
+            suns,
+            matrix,
+            // Through panes all suns share their cells.
+            error_sets: if inputs.windows.iter().any(|w| w.pane.is_some()) { 1 } else { sun_options(project).path_sets as usize },
+            imported: inputs.windows.iter().any(|w| w.daylight.is_some()) || inputs.sensors.iter().any(|g| g.view.is_some()),
+            skies,
+            transmitted_direct,
+            direct_and_sun: std::sync::OnceLock::new(),
+        };
+        Ok((five, statistics))
+    }
+
+    /// Sun matrix of these sensors, kept per group as `C_GROUP`, or that of an earlier run, and whether
+    /// it was traced now. `fingerprint`: what rays can meet.
+    ///
+    /// # Errors
+    /// Failures of device and file system, or when stopped.
+    pub fn sun_matrix(&self, mut fingerprint: Fingerprint, groups: &[SensorGroup], suns: &SunSet) -> Result<(SunMatrix, bool)> {
+        let (project, inputs) = (self.project, self.inputs);
+        let shaded = shaded_windows(inputs);
+        let panes: Vec<(Window, PaneBsdf)> = inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.pane.clone()?))).collect();
+        let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
         let options = sun_options(project);
         fingerprint.add(&sensors).add(&options).add(&suns.suns);
         for (window, corners) in &shaded {
@@ -114,63 +143,27 @@ impl<'a> Phase<'a> {
         for shade in shades(inputs) {
             fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
         }
-        let groups = inputs.sensors.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
-        let given = import::sun_matrices(groups, &suns)?;
-        if let Some(given) = &given {
-            fingerprint = *Fingerprint::new("C imported").add(&given.total.data());
-            self.keep(given, fingerprint)?;
-            self.write_suns(&suns)?;
+        let files = groups.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
+        if let Some(given) = import::sun_matrices(files, suns)? {
+            self.keep(&given, groups, *Fingerprint::new("C imported").add(&given.total.data()))?;
+            self.write_suns(suns)?;
+            return Ok((given, false));
         }
-        let kept = given.or_else(|| self.kept(fingerprint, suns.suns.len()));
-        let traced = kept.is_none();
-        let matrix = match kept {
-            Some(matrix) => matrix,
-            None => {
-                let scene = black_model(&inputs.scene, shades(inputs));
-                let mut matrix = if shaded.is_empty() {
-                    SunMatrix::zeros(sensors.len(), suns.suns.len())
-                } else {
-                    compute(self.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, self.progress)?
-                };
-                if !panes.is_empty() && !suns.suns.is_empty() && !sensors.is_empty() {
-                    let through = pane::compute(self.device, &scene, &panes, &sensors, &suns.suns, &pane_options(project), self.progress)?;
-                    matrix.add(&through.total, &through.standard_error, through.statistics);
-                }
-                self.keep(&matrix, fingerprint)?;
-                self.write_suns(&suns)?;
-                matrix
-            }
+        if let Some(matrix) = self.kept(fingerprint, groups, suns.suns.len()) {
+            return Ok((matrix, false));
+        }
+        let scene = black_model(&inputs.scene, shades(inputs));
+        let mut matrix = if shaded.is_empty() {
+            SunMatrix::zeros(sensors.len(), suns.suns.len())
+        } else {
+            compute(self.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, self.progress)?
         };
-        let statistics = traced.then_some(matrix.statistics);
-        let skies = (suns.census.hours > 0 || suns.census.hours_below_horizon > 0).then(|| self.skies()).transpose()?;
-        let transmitted = |counts: &dyn Fn(&ProjectWindow) -> bool| {
-            let columns = project.method.sky.len();
-            let mut data = Vec::new();
-            for (window, d) in inputs.windows.iter().zip(daylight_direct) {
-                if counts(window) {
-                    data.extend(results::multiply(&window.transmission, d).into_data());
-                } else {
-                    data.resize(data.len() + window.window.basis.len() * columns * 3, 0.0);
-                }
-            }
-            Matrix::from_data(inputs.bins(), columns, 3, data)
-        };
-        let transmitted_direct = transmitted(&|w| w.shade.is_some() || w.pane.is_some())?;
-        let transmitted_shaded = transmitted(&|w| w.shade.is_some())?;
-        let five = FivePhase {
-            inputs,
-            store: self.store,
-            suns,
-            matrix,
-            // Through panes all suns share their cells.
-            error_sets: if panes.is_empty() { options.path_sets as usize } else { 1 },
-            imported: inputs.windows.iter().any(|w| w.daylight.is_some()) || inputs.sensors.iter().any(|g| g.view.is_some()),
-            skies,
-            transmitted_direct,
-            transmitted_shaded,
-            direct_and_sun: std::sync::OnceLock::new(),
-        };
-        Ok((five, statistics))
+        if !panes.is_empty() && !suns.suns.is_empty() && !sensors.is_empty() {
+            let through = pane::compute(self.device, &scene, &panes, &sensors, &suns.suns, &pane_options(project), self.progress)?;
+            matrix.add(&through.total, &through.standard_error, through.statistics);
+        }
+        self.keep(&matrix, groups, fingerprint)?;
+        Ok((matrix, true))
     }
 
     fn skies(&self) -> Result<(Matrix<f32>, Matrix<f32>)> {
@@ -186,10 +179,10 @@ impl<'a> Phase<'a> {
 
     const PARTS: [&'static str; 4] = ["", "_direct", "_direct_standard_error", "_scattered_standard_error"];
 
-    fn keep(&self, matrix: &SunMatrix, inputs: Fingerprint) -> Result<()> {
+    fn keep(&self, matrix: &SunMatrix, groups: &[SensorGroup], inputs: Fingerprint) -> Result<()> {
         let all = [&matrix.total, &matrix.direct, &matrix.direct_error, &matrix.scattered_error];
         for (suffix, part) in Self::PARTS.iter().zip(all) {
-            for (group, rows) in self.inputs.sensors.iter().zip(split(part, &self.inputs.sensors)) {
+            for (group, rows) in groups.iter().zip(split(part, groups)) {
                 let about = "sun matrix, rows sensors, columns the suns of suns.rad";
                 self.store.save(&format!("C_{}{suffix}", group.name), &rows, inputs, about)?;
             }
@@ -197,10 +190,10 @@ impl<'a> Phase<'a> {
         Ok(())
     }
 
-    fn kept(&self, inputs: Fingerprint, suns: usize) -> Option<SunMatrix> {
+    fn kept(&self, inputs: Fingerprint, groups: &[SensorGroup], suns: usize) -> Option<SunMatrix> {
         let together = |suffix: &str| {
             let (mut data, mut rows) = (Vec::new(), 0);
-            for group in &self.inputs.sensors {
+            for group in groups {
                 let part = self.store.load(&format!("C_{}{suffix}", group.name), inputs, (group.sensors.len(), suns, 3))?;
                 rows += part.rows();
                 data.extend(part.into_data());
@@ -226,8 +219,52 @@ impl<'a> Phase<'a> {
     }
 }
 
+/// Whether a window's sun is traced.
+pub fn is_sunny(window: &ProjectWindow) -> bool {
+    window.shade.is_some() || window.pane.is_some()
+}
+
+/// Whether a window's sun is traced for pictures, which show suns through shades only.
+pub fn is_shaded(window: &ProjectWindow) -> bool {
+    window.shade.is_some()
+}
+
+/// T·Dd of the windows that count, zeros for all others; rows as V's columns.
+///
+/// # Errors
+/// Matrices of different skies.
+pub fn transmitted_where(
+    inputs: &Inputs,
+    transmissions: &[&Matrix<f64>],
+    daylight_direct: &[Matrix<f32>],
+    counts: &dyn Fn(&ProjectWindow) -> bool,
+) -> Result<Matrix<f64>> {
+    let columns = daylight_direct.first().map_or(0, Matrix::cols);
+    let mut data = Vec::new();
+    for ((window, transmission), d) in inputs.windows.iter().zip(transmissions).zip(daylight_direct) {
+        if counts(window) {
+            data.extend(results::multiply(transmission, d).into_data());
+        } else {
+            data.resize(data.len() + window.window.basis.len() * columns * 3, 0.0);
+        }
+    }
+    Matrix::from_data(inputs.bins(), columns, 3, data)
+}
+
+/// Right factor of V − Vd beside Vd: V·TDS − Vd·TDdSds = (V − Vd)·TDS + Vd·(TDS − TDdSds), nothing
+/// negative. `three` is TDS, `sun` TDdSds, both `[bin][hour]`.
+///
+/// # Panics
+/// If their shapes differ.
+pub fn without_sun_patches(three: &Matrix<f32>, sun: &Matrix<f32>) -> Matrix<f32> {
+    assert_eq!((three.rows(), three.cols()), (sun.rows(), sun.cols()), "coefficients of the same bins and hours");
+    let rest = three.data().iter().zip(sun.data()).map(|(all, sun)| (all - sun).max(0.0));
+    let data = three.data().iter().copied().chain(rest).collect();
+    Matrix::from_data(2 * three.rows(), three.cols(), 3, data).expect("twice the rows")
+}
+
 /// Luminous value of an RGB value.
-fn luminous(v: &[f32]) -> f64 {
+pub fn luminous(v: &[f32]) -> f64 {
     v.iter().zip(ILLUMINANCE_WEIGHTS).map(|(v, w)| f64::from(*v) * w).sum()
 }
 
@@ -237,18 +274,28 @@ impl FivePhase<'_> {
         &self.suns
     }
 
-    /// T·Dd·Sds of some hours, `[bin][hour]`: what comes straight from the sun's patches to the windows
-    /// whose sun is traced. Nothing if there is no sun.
+    /// T·Dd·Sds of some hours, `[bin][hour]`, from T·Dd (see [`transmitted_where`]): what comes straight
+    /// from the sun's patches to the windows whose sun is traced. Nothing if there is no sun.
     ///
     /// # Errors
     /// Failures of the multiplier's device.
-    pub fn direct_light_at_windows(&self, multiplier: &dyn Multiplier, hours: &[usize]) -> Result<Option<Matrix<f32>>> {
+    pub fn sun_at_windows(
+        &self,
+        multiplier: &dyn Multiplier,
+        transmitted_direct: &Matrix<f64>,
+        hours: &[usize],
+    ) -> Result<Option<Matrix<f32>>> {
         let Some((_, sun_only)) = &self.skies else { return Ok(None) };
         let factors = vec![
-            multiply::Factor { name: "T·Dd".into(), matrix: self.transmitted_shaded.map(|v| v as f32) },
+            multiply::Factor { name: "T·Dd".into(), matrix: transmitted_direct.map(|v| v as f32) },
             multiply::Factor { name: "Sds".into(), matrix: multiply::select_columns(sun_only, hours) },
         ];
         multiply::product(multiplier, factors, None).map(Some)
+    }
+
+    /// S without the sun, and Sds alone; nothing if there is no sun.
+    pub fn skies(&self) -> Option<&(Matrix<f32>, Matrix<f32>)> {
+        self.skies.as_ref()
     }
 
     /// Suns traced and left out.

@@ -7,28 +7,32 @@
 //! | `dgps` | a sensor at the eye | none |
 //! | `imageless` | a sensor at the eye | patches of the sky, by the light they send to it directly |
 //!
-//! The standard error of `imageless` is that of Ev alone; the patches' own noise is left out.
+//! With five phases the sun's patches, seen straight through a shade, go out of pictures and sensors,
+//! and the suns come back as traced, hour by hour; `imageless` has their discs for sources.
+//! The standard error of `imageless` is that of Ev alone; the patches' own noise is left out. That of
+//! the traced suns counts with Ev, not with the sources' luminance.
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
 use super::fingerprint::Fingerprint;
-use super::glare_noise::{Eye, MatrixNoise};
+use super::five_phase::{FivePhase, Phase, is_shaded, is_sunny, transmitted_where, without_sun_patches};
+use super::glare_eyes::{Eye, Eyes, ImagelessSources, frame_of};
+use super::glare_noise::{MatrixNoise, SunNoise};
 use super::glare_output::{self, Hour, ViewYear};
 use super::glare_section::{GlareMethod, GlareSection};
-use super::inputs::Inputs;
+use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::multiply::{Factor, lit_columns, product, select_columns};
 use super::pictures::PictureView;
 use super::presets::{image_options, rounds, view_options};
 use super::project::Project;
-use super::results::multiply;
 use super::rounds::{Part, average};
 use super::store::Store;
+use super::sun_pictures::SunPictures;
 use super::views::{ViewJob, ViewSection};
 use crate::error::{Error, Result, Warnings};
-use crate::glare::geometry::{PixelGeometry, ViewFrame};
-use crate::glare::imageless::{Patch, PatchSources};
-use crate::glare::{Analyser, Threshold, index};
+use crate::glare::geometry::PixelGeometry;
+use crate::glare::{Analyser, index};
 use crate::gpu::Device;
-use crate::kernels::glare::{Batches, HourNoise, PixelSource, Stack, StackOptions, Year, for_device, year};
+use crate::kernels::glare::{Additions, Batches, HourNoise, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year};
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::product::Multiplier;
 use crate::kernels::trace::{TraceStatistics, TracedMatrix};
@@ -83,6 +87,27 @@ pub struct GlareJob<'a> {
     pub sky: &'a Matrix<f32>,
     /// What determines the view matrices, but for the view: `kind` of matrix to fingerprint.
     pub view_inputs: &'a dyn Fn(&str) -> Fingerprint,
+    /// With five phases.
+    pub five: Option<FiveGlare<'a>>,
+}
+
+/// What the glare of five phases is computed from beside.
+#[derive(Clone, Copy)]
+pub struct FiveGlare<'a> {
+    /// Suns, and skies with and without them.
+    pub terms: &'a FivePhase<'a>,
+    /// What determines a sun matrix, but for the receivers.
+    pub sun_inputs: Fingerprint,
+    /// What the suns of these hours put into the picture of a view.
+    #[allow(clippy::type_complexity, reason = "one function")]
+    pub sun_pictures: &'a dyn Fn(&ViewSection, &[usize], &mut TraceStatistics) -> Result<SunPictures>,
+}
+
+impl FiveGlare<'_> {
+    /// Sds of some hours, if there is any sun.
+    fn sun_patches(&self, hours: &[usize]) -> Option<Matrix<f32>> {
+        self.terms.skies().map(|(_, sun)| select_columns(sun, hours))
+    }
 }
 
 /// One state of the façade.
@@ -92,8 +117,49 @@ struct State<'a> {
     transmissions: Vec<&'a Matrix<f64>>,
     /// T·D·S of the lit hours.
     coefficients: Matrix<f32>,
-    /// The same of the direct part of D, `[bin][patch]`, where it is needed: T·D.
+    /// Right factor of V − Vd beside Vd, for pictures and for eyes, where suns are traced for them.
+    for_pictures: Option<Matrix<f32>>,
+    for_eyes: Option<Matrix<f32>>,
+    /// `[bin][patch]`, where needed: T·Dd of all windows, and of those whose sun is traced.
     direct: Matrix<f64>,
+    traced: Option<Matrix<f64>>,
+}
+
+impl State<'_> {
+    fn of_pictures(&self) -> &Matrix<f32> {
+        self.for_pictures.as_ref().unwrap_or(&self.coefficients)
+    }
+
+    fn of_eyes(&self) -> &Matrix<f32> {
+        self.for_eyes.as_ref().unwrap_or(&self.coefficients)
+    }
+}
+
+/// The hours that are computed: lit ones.
+struct Lit {
+    /// Numbers in the year.
+    hours: Vec<usize>,
+    sky: Matrix<f32>,
+    /// Sds, where suns are traced.
+    suns: Option<Matrix<f32>>,
+}
+
+/// The suns' light in the pictures of a view.
+struct SunLight<'a> {
+    pictures: SunPictures,
+    hours: &'a [usize],
+}
+
+impl Additions for SunLight<'_> {
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<(u32, f32)>) -> Result<()> {
+        let luminance = |v: [f32; 3]| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * f64::from(v[c])).sum::<f64>() as f32;
+        pixels.extend(self.pictures.sun_picture(self.hours[hour])?.into_iter().map(|(pixel, v)| (pixel, luminance(v))));
+        Ok(())
+    }
+
+    fn illuminance_variance(&self, hour: usize) -> f64 {
+        self.pictures.eye_error(self.hours[hour]).powi(2)
+    }
 }
 
 impl GlareJob<'_> {
@@ -109,7 +175,8 @@ impl GlareJob<'_> {
         warnings: &mut Warnings,
     ) -> Result<GlareSummary> {
         let hours = lit_columns(self.sky);
-        let sky = select_columns(self.sky, &hours);
+        let suns = self.five.and_then(|five| five.sun_patches(&hours));
+        let lit = Lit { sky: select_columns(self.sky, &hours), hours, suns };
         let eyes = if section.method == GlareMethod::Image { None } else { Some(self.eyes(statistics)?) };
         if section.method == GlareMethod::Edgps {
             for view in &self.project.views {
@@ -117,31 +184,27 @@ impl GlareJob<'_> {
             }
         }
         let clock = Instant::now();
-        let states = self.states(multiplier, &sky)?;
-        let pictured = matches!(section.method, GlareMethod::Image | GlareMethod::Edgps);
+        let states = self.states(multiplier, &lit, section.method)?;
+        let pictured = section.method.has_pictures();
         let detector = if pictured { Some(for_device(self.device)?) } else { None };
         let mut years = Vec::new();
         for (number, view) in self.project.views.iter().enumerate() {
             let stage = Part::of(self.progress, number, self.project.views.len());
-            let eye = eyes.as_ref().map(|eyes| EyeRow {
-                total: eyes.total.row(number),
-                direct: eyes.direct.row(number),
-                standard_error: eyes.standard_error.row(number),
-            });
+            let eye = eyes.as_ref().map(|eyes| eyes.of(number));
             let found = match (&detector, &eye) {
                 (Some(detector), _) => {
                     let analyser = analyser(section, view)?;
                     analyser.doubts().into_iter().for_each(|doubt| warnings.push(doubt.file(&view.file)));
-                    self.pictured(section, view, analyser, &**detector, eye, &states, &sky, &stage)?
+                    self.pictured(section, view, analyser, &**detector, eye, &states, &lit, (statistics, &stage))?
                 }
                 (None, Some(eye)) => {
                     stage.update("glare", 0.0);
-                    states.iter().map(|state| self.without_pictures(section, view, eye, state, &sky)).collect::<Result<_>>()?
+                    states.iter().map(|state| self.without_pictures(section, view, eye, state, &lit)).collect::<Result<_>>()?
                 }
                 (None, None) => return Err(Error::new("a method without pictures needs the eyes")),
             };
-            for (state, lit) in states.iter().zip(found) {
-                years.push(self.whole_year(view, state, &hours, lit, section));
+            for (state, found) in states.iter().zip(found) {
+                years.push(self.whole_year(view, state, &lit.hours, found, section));
             }
         }
         let seconds = clock.elapsed().as_secs_f64();
@@ -150,7 +213,7 @@ impl GlareJob<'_> {
             method: section.method.name().to_string(),
             views: self.project.views.len(),
             states: states.len(),
-            hours: hours.len(),
+            hours: lit.hours.len(),
             detector: detector.map(|d| d.description()),
             seconds,
         })
@@ -160,35 +223,57 @@ impl GlareJob<'_> {
         self.inputs.windows.iter().map(|w| w.window.clone()).collect()
     }
 
-    /// T·D·S of every state.
-    fn states(&self, multiplier: &dyn Multiplier, sky: &Matrix<f32>) -> Result<Vec<State<'_>>> {
+    /// What every state of the façade lets in.
+    fn states(&self, multiplier: &dyn Multiplier, lit: &Lit, method: GlareMethod) -> Result<Vec<State<'_>>> {
         let windows = &self.inputs.windows;
         let named: Vec<String> =
             windows.iter().find(|w| !w.states.is_empty()).map_or_else(|| vec![String::new()], |w| unique_names(&w.states));
-        let imageless = self.project.glare.as_ref().is_some_and(|g| g.method == GlareMethod::Imageless);
         named
             .into_iter()
             .enumerate()
             .map(|(number, name)| {
                 let transmissions: Vec<&Matrix<f64>> =
                     windows.iter().map(|w| w.states.get(number).map_or(&w.transmission, |(_, t)| t)).collect();
-                let together = |daylight: &[Matrix<f32>]| {
-                    let data = transmissions.iter().zip(daylight).flat_map(|(t, d)| multiply(t, d).into_data()).collect();
-                    Matrix::from_data(self.inputs.bins(), sky.rows(), 3, data)
+                let together = |daylight: &[Matrix<f32>], counts: &dyn Fn(&ProjectWindow) -> bool| {
+                    transmitted_where(self.inputs, &transmissions, daylight, counts)
                 };
                 let factors = vec![
-                    Factor { name: "T·D".into(), matrix: together(self.daylight)?.map(|v| v as f32) },
-                    Factor { name: "S".into(), matrix: sky.clone() },
+                    Factor { name: "T·D".into(), matrix: together(self.daylight, &|_| true)?.map(|v| v as f32) },
+                    Factor { name: "S".into(), matrix: lit.sky.clone() },
                 ];
                 let coefficients = product(multiplier, factors, None)?;
-                let direct = if imageless { together(self.daylight_direct)? } else { Matrix::zeros(0, 0, 3) };
-                Ok(State { name, transmissions, coefficients, direct })
+                // For whom suns are traced.
+                let split = |wanted: bool, counts: &dyn Fn(&ProjectWindow) -> bool| -> Result<Option<Matrix<f32>>> {
+                    let Some(five) = self.five.filter(|_| wanted && windows.iter().any(counts)) else { return Ok(None) };
+                    let sun = five.terms.sun_at_windows(multiplier, &together(self.daylight_direct, counts)?, &lit.hours)?;
+                    Ok(sun.map(|sun| without_sun_patches(&coefficients, &sun)))
+                };
+                let for_pictures = split(method.has_pictures(), &is_shaded)?;
+                let for_eyes = split(method != GlareMethod::Image, &is_sunny)?;
+                let imageless = method == GlareMethod::Imageless;
+                let direct = if imageless { together(self.daylight_direct, &|_| true)? } else { Matrix::zeros(0, 0, 3) };
+                let traced = (imageless && lit.suns.is_some()).then(|| together(self.daylight_direct, &is_sunny)).transpose()?;
+                Ok(State { name, transmissions, coefficients, for_pictures, for_eyes, direct, traced })
             })
             .collect()
     }
 
-    /// View matrix of sensors at the views' points that face as the views look.
-    fn eyes(&self, statistics: &mut TraceStatistics) -> Result<TracedMatrix> {
+    /// Matrices of sensors at the views' points that face as the views look.
+    fn eyes(&self, statistics: &mut TraceStatistics) -> Result<Eyes<'_>> {
+        let view = self.eyes_view(statistics)?;
+        let Some(five) = self.five.filter(|five| five.terms.skies().is_some()) else { return Ok(Eyes { view, suns: None }) };
+        let sensors = self.project.views.iter().map(eye).collect::<Result<Vec<_>>>()?;
+        let group = SensorGroup { name: "glare_eyes".into(), file: self.project.file.clone(), sensors, view: None, sun: None };
+        let phase = Phase { device: self.device, project: self.project, inputs: self.inputs, store: self.store, progress: self.progress };
+        let (matrix, traced) = phase.sun_matrix(five.sun_inputs, &[group], five.terms.suns())?;
+        if traced {
+            statistics.paths += matrix.statistics.paths;
+            statistics.segments += matrix.statistics.segments;
+        }
+        Ok(Eyes { view, suns: Some((matrix, five.terms.suns())) })
+    }
+
+    fn eyes_view(&self, statistics: &mut TraceStatistics) -> Result<TracedMatrix> {
         let sensors = self.project.views.iter().map(eye).collect::<Result<Vec<_>>>()?;
         let rounds = rounds(self.project);
         let mut inputs = (self.view_inputs)("V of eyes");
@@ -196,7 +281,7 @@ impl GlareJob<'_> {
         let shape = (sensors.len(), self.inputs.bins(), 3);
         let load = |suffix: &str| self.store.load(&format!("glare_eyes{suffix}"), inputs, shape);
         if let (Some(total), Some(direct), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
-            return Ok(TracedMatrix { total, direct, standard_error, statistics: TraceStatistics::default() });
+            return Ok(TracedMatrix { total, direct, standard_error, batches: Vec::new(), statistics: TraceStatistics::default() });
         }
         let windows = self.windows();
         let traced = average(rounds, self.progress, |round, progress| {
@@ -233,25 +318,39 @@ impl GlareJob<'_> {
         view: &ViewSection,
         analyser: Arc<Analyser>,
         detector: &dyn crate::kernels::glare::Detector,
-        eye: Option<EyeRow<'_>>,
+        eye: Option<Eye<'_>>,
         states: &[State<'_>],
-        sky: &Matrix<f32>,
-        progress: &dyn Progress,
+        lit: &Lit,
+        (statistics, progress): (&mut TraceStatistics, &dyn Progress),
     ) -> Result<Vec<Vec<Hour>>> {
         let name = if eye.is_some() { windows_only_name(view) } else { view.name.clone() };
-        let matrix = self.store.matrix_path(&format!("V_{name}"));
-        let mut source = PictureView::open(&matrix.display().to_string(), None)?;
-        let options = StackOptions { veil: section.veil, ..StackOptions::default() };
+        let path = |suffix: &str| self.store.matrix_path(&format!("V_{name}{suffix}"));
+        // All states have the same windows with shades.
+        let five = self.five.filter(|_| states.iter().any(|s| s.for_pictures.is_some()));
+        let suns = five.map(|five| (five.sun_pictures)(view, &lit.hours, statistics)).transpose()?;
+        let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
+        let mut source = match &suns {
+            None => PictureView::open(&path("").display().to_string(), None)?,
+            Some(_) => PictureView::open_split(&path(""), &path("_direct"))?,
+        };
+        let options = StackOptions { veil: section.veil, dark_pixels: suns.is_some(), ..StackOptions::default() };
         let stack = Stack::new(analyser, vec![&mut source as &mut dyn PixelSource], options)?;
-        let batches = Batches::new(&stack, &read_matrix(&self.store.matrix_path(&format!("V_{name}_batches")))?.matrix)?;
+        let batches = Batches::new(&stack, &read_matrix(&path("_batches"))?.matrix)?;
+        let ready = ReadyView::new(detector, &stack)?;
         let mut all = Vec::new();
         for (number, state) in states.iter().enumerate() {
-            let given = eye.map(|eye| illuminance(eye.total, &state.coefficients));
-            let noise = self.noise(state, sky, eye);
-            let rights = [&state.coefficients];
-            let request = Year { illuminance: given.as_deref(), batches: Some(&batches), noise: Some(&noise), ..Year::new(&rights) };
+            let given = eye.map(|eye| eye.illuminance(state.of_eyes(), &lit.hours));
+            let noise = self.noise(state, lit, eye);
+            let rights = [state.of_pictures()];
+            let request = Year {
+                additions: suns.as_ref().map(|s| s as &dyn Additions),
+                illuminance: given.as_deref(),
+                batches: Some(&batches),
+                noise: Some(&noise),
+                ..Year::new(&rights)
+            };
             let stage = Part::of(progress, number, states.len());
-            let found = year(detector, &stack, &request, &stage)?;
+            let found = year(&ready, &request, &stage)?;
             all.push(
                 found
                     .into_iter()
@@ -267,9 +366,14 @@ impl GlareJob<'_> {
         Ok(all)
     }
 
-    fn noise<'n>(&'n self, state: &'n State<'_>, sky: &'n Matrix<f32>, eye: Option<EyeRow<'n>>) -> MatrixNoise<'n> {
-        let eye = eye.map(|e| Eye { values: e.total, standard_error: e.standard_error });
-        MatrixNoise::new(self.inputs, &state.transmissions, self.daylight_error, sky, &state.coefficients, eye)
+    fn noise<'n>(&'n self, state: &'n State<'_>, lit: &'n Lit, eye: Option<Eye<'n>>) -> MatrixNoise<'n> {
+        let suns = lit.suns.as_ref().map(|patches| SunNoise {
+            patches,
+            hours: &lit.hours,
+            daylight: self.daylight,
+            daylight_direct: self.daylight_direct,
+        });
+        MatrixNoise::new(self.inputs, &state.transmissions, self.daylight_error, &lit.sky, &state.coefficients, eye, suns)
     }
 
     /// Lit hours of one view and state without pictures.
@@ -277,26 +381,31 @@ impl GlareJob<'_> {
         &self,
         section: &GlareSection,
         view: &ViewSection,
-        eye: &EyeRow<'_>,
+        eye: &Eye<'_>,
         state: &State<'_>,
-        sky: &Matrix<f32>,
+        lit: &Lit,
     ) -> Result<Vec<Hour>> {
-        let lux = illuminance(eye.total, &state.coefficients);
-        let noise = self.noise(state, sky, Some(*eye));
+        let lux = eye.illuminance(state.of_eyes(), &lit.hours);
+        let noise = self.noise(state, lit, Some(*eye));
         let none = vec![0.0; self.inputs.bins() * 3];
-        let model = section.settings.dgp;
+        let (settings, model) = (&section.settings, section.settings.dgp);
         let sources = match section.method {
-            GlareMethod::Imageless => Some(self.patch_sources(section, view, eye, state)?),
+            GlareMethod::Imageless => {
+                let camera = view.raster()?.camera().view().to_owned();
+                let frame = frame_of(&camera).map_err(|e| e.file(&view.file))?;
+                let traced = state.traced.as_ref();
+                Some(ImagelessSources::new(&frame, eye, self.project.method.sky, &state.direct, traced, settings))
+            }
             _ => None,
         };
-        (0..sky.cols())
+        (0..lit.hours.len())
             .into_par_iter()
             .map(|hour| {
                 let ev = lux[hour];
                 let (dgp, slope, count) = match &sources {
                     None => (index::dgps(ev), index::dgps(1.0) - index::dgps(0.0), 0),
                     Some(sources) => {
-                        let (sum, count) = sources.contrast(hour, sky, &section.settings);
+                        let (sum, count) = sources.contrast(hour, &lit.sky, lit.suns.as_ref(), eye.sun(lit.hours[hour]), settings);
                         (model.dgp(ev, sum), model.slopes(ev, sum)[0], count)
                     }
                 };
@@ -305,29 +414,6 @@ impl GlareJob<'_> {
                 Ok(Hour { dgp, standard_error: variance.sqrt().min(1.0), illuminance: ev, sources: count })
             })
             .collect()
-    }
-
-    fn patch_sources(&self, section: &GlareSection, view: &ViewSection, eye: &EyeRow<'_>, state: &State<'_>) -> Result<EyeAndPatches> {
-        let sky = self.project.method.sky;
-        let camera = view.raster()?.camera().view().to_owned();
-        let frame = ViewFrame::new(camera.direction.to_array(), camera.up.to_array()).map_err(|e| e.file(&view.file))?;
-        // The ground is no source of glare, as in dcglare.
-        let patches: Vec<Patch> = (0..sky.len())
-            .map(|p| Patch { direction: sky.centre(p).to_array(), solid_angle: if p == 0 { 0.0 } else { sky.solid_angle(p) } })
-            .collect();
-        // Direct coefficient of each patch at the eye.
-        let direct = (0..sky.len())
-            .map(|p| {
-                let mut sum = [0.0; 3];
-                for bin in 0..self.inputs.bins() {
-                    for c in 0..3 {
-                        sum[c] += f64::from(eye.direct[bin * 3 + c]) * state.direct.at(bin, p)[c];
-                    }
-                }
-                sum
-            })
-            .collect();
-        Ok(EyeAndPatches { sources: PatchSources::new(&frame, &patches, section.settings.position_index), direct })
     }
 
     /// All hours of the weather file from those with light.
@@ -344,38 +430,6 @@ impl GlareJob<'_> {
             is_lit[hour] = true;
         }
         ViewYear { view: view.name.clone(), state: state.name.clone(), hours, is_lit }
-    }
-}
-
-/// A view's row of the eyes' view matrix.
-#[derive(Clone, Copy)]
-struct EyeRow<'a> {
-    total: &'a [f32],
-    direct: &'a [f32],
-    standard_error: &'a [f32],
-}
-
-/// Patches as sources of one view, and what each sends to the eye directly.
-struct EyeAndPatches {
-    sources: PatchSources,
-    direct: Vec<[f64; 3]>,
-}
-
-impl EyeAndPatches {
-    /// DGP's contrast sum and the number of sources.
-    fn contrast(&self, hour: usize, sky: &Matrix<f32>, settings: &crate::glare::Settings) -> (f64, usize) {
-        let lux: Vec<f64> = self
-            .direct
-            .iter()
-            .enumerate()
-            .map(|(p, d)| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * d[c] * f64::from(sky.at(p, hour)[c])).sum())
-            .collect();
-        let threshold = match settings.threshold {
-            Threshold::Fixed(l) => l,
-            // Refused when the section is read.
-            Threshold::TimesAverage(_) | Threshold::TimesTask(_) => f64::INFINITY,
-        };
-        (self.sources.contrast_sum(&lux, threshold, &settings.dgp), self.sources.count(&lux, threshold))
     }
 }
 
@@ -415,17 +469,6 @@ fn eye(view: &ViewSection) -> Result<Sensor> {
     let found = view.view()?;
     let camera = found.camera().map_err(|e| e.file(&view.file))?;
     Ok(Sensor { position: found.point, direction: camera.direction, line: 1 })
-}
-
-/// Illuminance in every hour from a row `[bin][rgb]` of V, lx.
-fn illuminance(row: &[f32], coefficients: &Matrix<f32>) -> Vec<f64> {
-    let mut lux = vec![0.0; coefficients.cols()];
-    for (bin, v) in row.as_chunks::<3>().0.iter().enumerate() {
-        for (lux, light) in lux.iter_mut().zip(coefficients.row(bin).as_chunks::<3>().0) {
-            *lux += (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * f64::from(v[c]) * f64::from(light[c])).sum::<f64>();
-        }
-    }
-    lux
 }
 
 /// The states' names, numbered where files in different folders have the same.

@@ -1,5 +1,7 @@
 //! Noise of the daylight matrices, and of the eyes' view matrix, in the glare of an hour.
 
+use super::five_phase::{is_shaded, is_sunny};
+use super::glare_eyes::Eye;
 use super::inputs::Inputs;
 use crate::kernels::glare::HourNoise;
 use crate::matrix::Matrix;
@@ -11,21 +13,29 @@ pub struct MatrixNoise<'m> {
     sky: &'m Matrix<f32>,
     /// T·D·S, `[bin][hour]`.
     coefficients: &'m Matrix<f32>,
+    /// The sensor that gives the vertical illuminance.
     eye: Option<Eye<'m>>,
+    suns: Option<SunNoise<'m>>,
 }
 
-/// The row of the sensors' view matrix that gives the vertical illuminance.
+/// What five phases change: straight light of the sun's patches is taken away, and with it its error.
 #[derive(Clone, Copy)]
-pub struct Eye<'m> {
-    /// `[bin][rgb]`
-    pub values: &'m [f32],
-    /// Its standard errors.
-    pub standard_error: &'m [f32],
+pub struct SunNoise<'m> {
+    /// Sds of the hours.
+    pub patches: &'m Matrix<f32>,
+    /// Numbers of the hours in the year.
+    pub hours: &'m [usize],
+    /// D of each window.
+    pub daylight: &'m [Matrix<f32>],
+    /// Dd of each window.
+    pub daylight_direct: &'m [Matrix<f32>],
 }
 
 struct WindowNoise<'m> {
     transmission: &'m Matrix<f64>,
     error: &'m Matrix<f32>,
+    /// Whether its sun is traced for pictures, and for the eye.
+    traced: [bool; 2],
     /// Squares of the standard errors, if all channels have the same and T is grey: then one sum does.
     grey_squares: Option<Vec<f32>>,
 }
@@ -39,6 +49,7 @@ impl<'m> MatrixNoise<'m> {
         sky: &'m Matrix<f32>,
         coefficients: &'m Matrix<f32>,
         eye: Option<Eye<'m>>,
+        suns: Option<SunNoise<'m>>,
     ) -> Self {
         assert_eq!(inputs.windows.len(), transmissions.len());
         let grey = |m: &Matrix<f32>| m.data().as_chunks::<3>().0.iter().all(|v| v[0] == v[1] && v[1] == v[2]);
@@ -46,55 +57,73 @@ impl<'m> MatrixNoise<'m> {
         let windows = transmissions
             .iter()
             .zip(daylight_error)
-            .map(|(&transmission, error)| WindowNoise {
+            .zip(&inputs.windows)
+            .map(|((&transmission, error), window)| WindowNoise {
                 transmission,
                 error,
+                traced: [is_shaded(window), is_sunny(window)],
                 grey_squares: (grey(error) && grey_f64(transmission))
                     .then(|| error.data().as_chunks::<3>().0.iter().map(|e| e[0] * e[0]).collect()),
             })
             .collect();
-        Self { windows, sky, coefficients, eye }
+        Self { windows, sky, coefficients, eye, suns }
     }
 }
 
 impl HourNoise for MatrixNoise<'_> {
     fn variance(&self, hour: usize, gradient: &[f64], by_given_illuminance: f64) -> f64 {
         let weights = ILLUMINANCE_WEIGHTS;
-        let mut gradient = gradient.to_vec();
+        // Beside V − Vd stands Vd: their changes by an entry of D add up.
+        let values = self.coefficients.rows() * 3;
+        let mut all = gradient[..values].to_vec();
+        let mut straight = gradient[values..].to_vec();
+        straight.resize(values, 0.0);
+        all.iter_mut().zip(&straight).for_each(|(a, s)| *a += s);
+        let mut by_eye = vec![0.0; values];
         let mut variance = 0.0;
         if let Some(eye) = &self.eye {
-            for (bin, g) in gradient.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            for bin in 0..values / 3 {
                 let light = self.coefficients.at(bin, hour);
                 let mut error = 0.0;
                 for c in 0..3 {
-                    g[c] += by_given_illuminance * weights[c] * f64::from(eye.values[bin * 3 + c]);
-                    error += by_given_illuminance * weights[c] * f64::from(eye.standard_error[bin * 3 + c]) * f64::from(light[c]);
+                    let (i, by) = (bin * 3 + c, by_given_illuminance * weights[c]);
+                    all[i] += by * f64::from(eye.total[i]);
+                    by_eye[i] = by * f64::from(eye.direct[i]);
+                    error += by * f64::from(eye.standard_error[i]) * f64::from(light[c]);
                 }
                 variance += error * error;
             }
+            let sun = self.suns.and_then(|suns| eye.sun(suns.hours[hour]));
+            variance += by_given_illuminance.powi(2) * sun.map_or(0.0, |s| s.variance);
         }
-        let sky: Vec<[f64; 3]> = (0..self.sky.rows())
-            .map(|p| {
-                let radiance = self.sky.at(p, hour);
-                [0, 1, 2].map(|c| f64::from(radiance[c]))
-            })
-            .collect();
+        let column = |m: &Matrix<f32>| -> Vec<[f64; 3]> { (0..m.rows()).map(|p| [0, 1, 2].map(|c| f64::from(m.at(p, hour)[c]))).collect() };
+        let sky = column(self.sky);
         let mut first = 0;
-        for window in &self.windows {
-            let bins = window.transmission.rows();
-            variance += window.variance(&gradient[first * 3..(first + bins) * 3], &sky);
-            first += bins;
+        for (number, window) in self.windows.iter().enumerate() {
+            let range = first * 3..(first + window.transmission.rows()) * 3;
+            first += window.transmission.rows();
+            let outside = window.outside(&all[range.clone()]);
+            let mut of_window = window.variance(&outside, &sky);
+            if let Some(suns) = self.suns
+                && window.traced[1]
+            {
+                let [pictures, eye] = window.traced.map(f64::from);
+                let parts = straight[range.clone()].iter().zip(&by_eye[range]);
+                let straight: Vec<f64> = parts.map(|(s, e)| pictures * s + eye * e).collect();
+                let daylight = [&suns.daylight[number], &suns.daylight_direct[number]];
+                of_window -= window.without_sun(&outside, &window.outside(&straight), &sky, &column(suns.patches), daylight);
+            }
+            variance += of_window.max(0.0);
         }
         variance
     }
 }
 
 impl WindowNoise<'_> {
-    /// Σ over D's entries of (gradient · T · standard error · sky)².
-    fn variance(&self, gradient: &[f64], sky: &[[f64; 3]]) -> f64 {
+    /// Gradient by the light on the window's outer side, `[incident bin][rgb]`.
+    fn outside(&self, gradient: &[f64]) -> Vec<[f64; 3]> {
         let t = self.transmission;
-        let (bins, patches) = (t.cols(), sky.len());
-        // Gradient by the light on the window's outer side, `[incident bin][rgb]`.
+        let bins = t.cols();
         let mut outside = vec![[0.0f64; 3]; bins];
         for (g, row) in gradient.as_chunks::<3>().0.iter().zip(t.data().chunks_exact(bins * 3)) {
             if g.iter().any(|&g| g != 0.0) {
@@ -105,6 +134,39 @@ impl WindowNoise<'_> {
                 }
             }
         }
+        outside
+    }
+
+    /// How much smaller the variance is without the sun's patches seen straight (gradient `straight`).
+    /// The errors of D and of its part Dd come from the same paths: they are taken to be in the ratio
+    /// of the values.
+    fn without_sun(
+        &self,
+        outside: &[[f64; 3]],
+        straight: &[[f64; 3]],
+        sky: &[[f64; 3]],
+        suns: &[[f64; 3]],
+        [daylight, direct]: [&Matrix<f32>; 2],
+    ) -> f64 {
+        let mut less = 0.0;
+        for (patch, sun) in suns.iter().enumerate().filter(|(_, s)| s.iter().any(|&s| s > 0.0)) {
+            for (bin, (v, w)) in outside.iter().zip(straight).enumerate() {
+                let (error, all, direct) = (self.error.at(bin, patch), daylight.at(bin, patch), direct.at(bin, patch));
+                let (mut with, mut away) = (0.0, 0.0);
+                for c in 0..3 {
+                    let share = if all[c] > 0.0 { f64::from(direct[c] / all[c]).min(1.0) } else { 0.0 };
+                    with += v[c] * f64::from(error[c]) * sky[patch][c];
+                    away += w[c] * f64::from(error[c]) * share * sun[c];
+                }
+                less += with * with - (with - away).powi(2);
+            }
+        }
+        less
+    }
+
+    /// Σ over D's entries of (gradient by the light outside · standard error · sky)².
+    fn variance(&self, outside: &[[f64; 3]], sky: &[[f64; 3]]) -> f64 {
+        let patches = sky.len();
         // Where gradients are in the ratio of the photometric weights, one number stands for three.
         let ratio = |v: &[f64; 3]| v[0] / ILLUMINANCE_WEIGHTS[0];
         let photometric = |v: &[f64; 3]| (0..3).all(|c| (v[c] - ILLUMINANCE_WEIGHTS[c] * ratio(v)).abs() <= 1e-9 * v[c].abs());

@@ -37,6 +37,11 @@ impl GlareMethod {
     const NAMES: [(&'static str, Self); 4] =
         [("image", Self::Image), ("edgps", Self::Edgps), ("dgps", Self::Dgps), ("imageless", Self::Imageless)];
 
+    /// Whether glare sources are pixels of pictures.
+    pub fn has_pictures(self) -> bool {
+        matches!(self, Self::Image | Self::Edgps)
+    }
+
     /// The word in the project file.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(_, m)| *m == self).map_or("", |(n, _)| n)

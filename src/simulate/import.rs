@@ -8,6 +8,8 @@
 //!
 //! They have no standard error of their own: the results' counts them as exact.
 
+use super::estimate::Estimate;
+use super::fingerprint::Fingerprint;
 use super::suns::SunSet;
 use super::table::Table;
 use crate::error::{Error, Result};
@@ -58,6 +60,20 @@ pub struct Imported {
     pub total: Matrix<f32>,
     /// Its straight part.
     pub direct: Option<Matrix<f32>>,
+}
+
+impl Imported {
+    /// Tells what is computed from it from what is traced.
+    pub(super) fn mark(&self, inputs: &mut Fingerprint) {
+        inputs.add(&"imported").add(&self.total.data()).add(&self.direct.as_ref().map(Matrix::data));
+    }
+
+    /// Taken for exact; without straight part where no phase asks for it.
+    pub(super) fn into_estimate(self) -> Estimate {
+        let none = || Matrix::zeros(self.total.rows(), self.total.cols(), 3);
+        let straight = self.direct.clone().unwrap_or_else(none);
+        Estimate::exact(self.total, straight)
+    }
 }
 
 /// A matrix file as RGB; all columns are right if none are named.

@@ -157,10 +157,11 @@ impl PixelSource for PictureView {
 
     fn rewind(&mut self) -> Result<()> {
         self.next_row = 0;
-        if let Source::Rows(rows) = &mut self.source {
-            rows.rewind()?;
+        match &mut self.source {
+            Source::Rows(rows) => rows.rewind(),
+            Source::Split(both) => both.iter_mut().try_for_each(MatrixRows::rewind),
+            Source::Matrix(_) | Source::Pictures(_) => Ok(()),
         }
-        Ok(())
     }
 
     fn read(&mut self, lines: usize, width: usize, values: &mut Vec<f32>) -> Result<()> {
@@ -175,7 +176,8 @@ impl PixelSource for PictureView {
             Source::Rows(rows) => {
                 rows.read(lines * width, values)?;
             }
-            Source::Pictures(_) | Source::Split(..) => {
+            Source::Split(both) => read_split(both, lines * width, values)?,
+            Source::Pictures(_) => {
                 return Err(Error::new("glare is not computed from component pictures").file(&self.name));
             }
         }
@@ -220,19 +222,25 @@ impl Reader<'_> {
             Reader::Pictures(rows) => {
                 rows.read(lines, &mut values)?;
             }
-            Reader::Split([total, direct]) => {
-                let (mut all, mut straight) = (Vec::new(), Vec::new());
-                total.read(lines * width, &mut all)?;
-                direct.read(lines * width, &mut straight)?;
-                let row = total.cols() * RGB;
-                for (all, straight) in all.chunks_exact(row).zip(straight.chunks_exact(row)) {
-                    values.extend(all.iter().zip(straight).map(|(a, s)| (a - s).max(0.0)));
-                    values.extend_from_slice(straight);
-                }
-            }
+            Reader::Split(both) => read_split(both, lines * width, &mut values)?,
         }
         Ok(values)
     }
+}
+
+/// The next rows of V − Vd and Vd, side by side.
+fn read_split([total, direct]: &mut [MatrixRows; 2], count: usize, values: &mut Vec<f32>) -> Result<()> {
+    let (mut all, mut straight) = (Vec::new(), Vec::new());
+    total.read(count, &mut all)?;
+    direct.read(count, &mut straight)?;
+    let row = total.cols() * RGB;
+    values.clear();
+    values.reserve(2 * all.len());
+    for (all, straight) in all.chunks_exact(row).zip(straight.chunks_exact(row)) {
+        values.extend(all.iter().zip(straight).map(|(a, s)| (a - s).max(0.0)));
+        values.extend_from_slice(straight);
+    }
+    Ok(())
 }
 
 /// Where the pictures go.

@@ -1,30 +1,31 @@
 //! One run of a project: weather to S, windows and scene to V and D, their product to illuminance.
 
+use super::annual;
+use super::estimate::Estimate;
 use super::fingerprint::Fingerprint;
-use super::five_phase::{FivePhase, Phase};
-use super::glare::{GlareJob, GlareSummary};
+use super::five_phase::{FivePhase, Phase, is_shaded, transmitted_where};
+use super::glare::{FiveGlare, GlareJob, GlareSummary};
 use super::glare_section::GlareMethod;
-use super::import::{self, Imported};
-use super::inputs::{Inputs, ProjectWindow, SensorGroup};
+use super::inputs::{Inputs, SensorGroup};
 use super::method::Choice;
-use super::presets::{daylight_options, image_options, rounds, view_options};
+use super::multiply::lit_columns;
+use super::presets::image_options;
 use super::project::Project;
-use super::results::{self, Sampled};
-use super::rounds::average;
+use super::results::{self, Content};
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
 use super::sun_pictures::{SunPictureJob, SunPictures};
 use super::suns::{SunCensus, SunSet};
+use super::uncertainty::EstimatedError;
 use super::views::{ImageHours, ViewJob, ViewSection};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
+use crate::kernels::product;
 use crate::kernels::trace::TraceStatistics;
-use crate::kernels::{daylight_matrix, product, view_matrix};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
-use crate::scene::points::Sensor;
 use crate::sky::{SkyOptions, sky_matrix};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Computes a project and writes its results into the folder `out`:
@@ -37,10 +38,13 @@ use std::time::Instant;
 /// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
 /// | `matrices/Sds.mtx` | five phases: the sun's share of S |
+/// | `matrices/replicates_*.mtx` | the independent estimates that V and D are the means of |
 /// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
 /// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D |
 /// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux |
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
+/// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
+/// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
 /// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for |
 /// | `glare/VIEW.csv`, `.png`, `.svg` | DGP of every hour with its standard error; carpet plot |
@@ -61,8 +65,20 @@ pub fn run(
     progress: &dyn Progress,
     warnings: &mut Warnings,
 ) -> Result<Summary> {
+    run_beside(device, project, inputs, (out, Vec::new()), progress, warnings)
+}
+
+/// The same, with the folders of other rooms from which matrices of the same inputs are taken over.
+pub(super) fn run_beside(
+    device: &Device,
+    project: &Project,
+    inputs: &Inputs,
+    (out, others): (&Path, Vec<PathBuf>),
+    progress: &dyn Progress,
+    warnings: &mut Warnings,
+) -> Result<Summary> {
     let start = Instant::now();
-    let store = Store::open(out)?;
+    let store = Store::open(out)?.beside(others);
     let mut run = Run {
         device,
         project,
@@ -79,6 +95,8 @@ pub fn run(
     run.finish(start, warnings)
 }
 
+mod matrices;
+
 struct Run<'a> {
     device: &'a Device,
     project: &'a Project,
@@ -93,11 +111,11 @@ struct Run<'a> {
     product: String,
 }
 
-/// A sampled matrix, its straight part and its standard error.
-struct WithError {
-    total: Matrix<f32>,
-    direct: Matrix<f32>,
-    standard_error: Matrix<f32>,
+/// What the pictures of all views are multiplied from.
+struct ProductOfPictures<'a> {
+    multiplier: &'a dyn product::Multiplier,
+    transmitted: &'a Matrix<f64>,
+    sky: &'a Matrix<f32>,
 }
 
 impl<'a> Run<'a> {
@@ -106,20 +124,11 @@ impl<'a> Run<'a> {
         let sky = self.sky()?;
         self.seconds.sky = clock.elapsed().as_secs_f64();
 
-        let clock = Instant::now();
-        let view = self.view()?;
-        self.seconds.view = clock.elapsed().as_secs_f64();
-
-        let clock = Instant::now();
-        let windows = &self.inputs.windows;
-        let (mut daylight, mut daylight_direct, mut daylight_error) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, window) in windows.iter().enumerate() {
-            let d = self.daylight(i, window)?;
-            daylight.push(d.total);
-            daylight_direct.push(d.direct);
-            daylight_error.push(d.standard_error);
-        }
-        self.seconds.daylight = clock.elapsed().as_secs_f64();
+        let sampled = self.sampled(&sky)?;
+        let daylight: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::total).collect();
+        let daylight_direct: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::direct).collect();
+        let daylight_error: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::standard_error).collect();
+        let view = (sampled.view.total(), sampled.view.direct());
 
         let clock = Instant::now();
         let five = self.five_phase(&daylight_direct, warnings)?;
@@ -129,46 +138,41 @@ impl<'a> Run<'a> {
         self.check_stop()?;
         self.progress.update("product", 0.0);
         let transmitted = results::transmitted_daylight(self.inputs, &daylight);
-        let coefficients = results::multiply(&view.total, &transmitted);
+        let coefficients = results::multiply(&view.0, &transmitted);
         let multiplier = product::for_device(self.device)?;
         if self.choice.phases == 2 {
             self.write_coefficients(&coefficients)?;
         }
         let lux = match &five {
             None => results::illuminance(multiplier.as_ref(), coefficients, &sky)?,
-            Some(five) => five.illuminance(multiplier.as_ref(), coefficients, &view.direct, &sky)?,
+            Some(five) => five.illuminance(multiplier.as_ref(), coefficients, &view.1, &sky)?,
         };
         self.product = multiplier.description();
         self.seconds.product = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
         let addition = five.as_ref().map(FivePhase::addition);
-        let sampled = Sampled {
-            view: &view.total,
-            view_error: &view.standard_error,
-            daylight_error: &daylight_error,
-            transmitted: &transmitted,
-            sky: &sky,
-            addition: addition.as_deref(),
-        };
         let stage = |fraction: f64| {
             self.progress.update("error estimate", fraction);
             self.check_stop()
         };
-        let estimated_error = results::estimate_error(self.inputs, &sampled, &stage)?;
+        let chain = sampled.chain(self.inputs, &sky);
+        let errors = annual::estimate(&chain, multiplier.as_ref(), &lux, addition.as_deref(), self.project.quality.target(), &stage)?;
         self.seconds.error_estimate = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let sensors = self.write(&lux)?;
-        let views = self.pictures(multiplier.as_ref(), &transmitted, &sky, five.as_ref(), warnings)?;
+        let sensors = self.write(&lux, &errors)?;
+        let pictures = ProductOfPictures { multiplier: multiplier.as_ref(), transmitted: &transmitted, sky: &sky };
+        let views = self.pictures(&pictures, five.as_ref(), &daylight_direct, warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, warnings)?;
+        let glare = self.glare(multiplier.as_ref(), [&daylight, &daylight_direct, &daylight_error], &sky, five.as_ref(), warnings)?;
         self.seconds.glare = clock.elapsed().as_secs_f64();
         self.seconds.total = start.elapsed().as_secs_f64();
         let census = five.as_ref().map(|f| f.census().clone());
-        let summary = self.summary(sensors, views, glare, estimated_error, census, warnings);
+        self.warn_of_error(&errors, warnings);
+        let summary = self.summary(sensors, views, glare, errors.estimated, census, warnings);
         summary.write(&self.store.summary_path())?;
         Ok(summary)
     }
@@ -177,14 +181,9 @@ impl<'a> Run<'a> {
         if self.progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
     }
 
-    fn note(&mut self, name: &str, matrix: &Matrix<f32>, reused: bool, clock: Instant) {
-        self.matrices.push(MatrixSummary {
-            name: name.to_string(),
-            rows: matrix.rows(),
-            columns: matrix.cols(),
-            reused,
-            seconds: clock.elapsed().as_secs_f64(),
-        });
+    fn note(&mut self, name: &str, (rows, columns): (usize, usize), reused: bool, seconds: f64, rounds: u32) {
+        let rounds = (rounds > 0).then_some(rounds);
+        self.matrices.push(MatrixSummary { name: name.to_string(), rows, columns, reused, seconds, rounds });
     }
 
     fn sky(&mut self) -> Result<Matrix<f32>> {
@@ -204,7 +203,7 @@ impl<'a> Run<'a> {
                 sky
             }
         };
-        self.note("S", &sky, reused, clock);
+        self.note("S", (sky.rows(), sky.cols()), reused, clock.elapsed().as_secs_f64(), 0);
         Ok(sky)
     }
 
@@ -219,12 +218,6 @@ impl<'a> Run<'a> {
                     .help("sensors get the traced suns; give a shade in place of the tensor tree for pictures with them"),
             );
         }
-        if self.project.glare.is_some() {
-            warnings.push(
-                Error::new("glare of this project is three-phase: the sun shines from patches of the sky, not through the shade")
-                    .help("its pictures and sensors have the traced suns; `lucarne glare` judges single pictures"),
-            );
-        }
         let clock = Instant::now();
         self.check_stop()?;
         let inputs = self.scene_fingerprint("C");
@@ -233,7 +226,14 @@ impl<'a> Run<'a> {
         for (group, rows) in self.inputs.sensors.iter().map(|g| (g, g.sensors.len())) {
             let seconds = clock.elapsed().as_secs_f64();
             let name = format!("C_{}", group.name);
-            self.matrices.push(MatrixSummary { name, rows, columns: five.census().needed, reused: traced.is_none(), seconds });
+            self.matrices.push(MatrixSummary {
+                name,
+                rows,
+                columns: five.census().needed,
+                reused: traced.is_none(),
+                seconds,
+                rounds: None,
+            });
         }
         if let Some(statistics) = traced {
             self.count(statistics, clock);
@@ -257,7 +257,7 @@ impl<'a> Run<'a> {
         let triangles: Vec<_> = scene.triangles.iter().map(|t| (t.vertices, t.material)).collect();
         let materials: Vec<_> = scene.materials.iter().map(|m| m.kind).collect();
         let device = self.device.summary();
-        *Fingerprint::new(kind).add(&triangles).add(&materials).add(&device.name).add(&device.driver)
+        *Fingerprint::new(kind).add(&triangles).add(&materials).add(&scene.unpruned).add(&device.name).add(&device.driver)
     }
 
     /// The same with the windows that emit.
@@ -269,131 +269,25 @@ impl<'a> Run<'a> {
         inputs
     }
 
-    /// V of all groups, computed in one pass and kept in one file per group.
-    fn view(&mut self) -> Result<WithError> {
-        let clock = Instant::now();
-        self.check_stop()?;
-        let rounds = rounds(self.project);
-        let groups = &self.inputs.sensors;
-        if groups.is_empty() {
-            let none = Matrix::zeros(0, self.inputs.bins(), 3);
-            return Ok(WithError { total: none.clone(), direct: none.clone(), standard_error: none });
-        }
-        if let Some(given) = import::view(groups.iter().map(|g| (g.name.as_str(), g.view.as_ref())), self.inputs.bins())? {
-            let given = Self::imported(given);
-            self.keep_view(&given, *Fingerprint::new("V imported").add(&given.total.data()), true, clock)?;
-            return Ok(given);
-        }
-        let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
-        let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
-        let mut inputs = self.view_fingerprint("V");
-        inputs.add(&sensors).add(&view_options(self.project, 0)).add(&rounds);
-        if let Some(kept) = self.kept_view(inputs) {
-            for (group, part) in groups.iter().zip(split(&kept.total, groups)) {
-                self.note(&format!("V_{}", group.name), &part, true, clock);
-            }
-            return Ok(kept);
-        }
-        let traced = average(rounds, self.progress, |round, progress| {
-            let options = view_options(self.project, round);
-            view_matrix::compute(self.device, &self.inputs.scene, &windows, &sensors, &options, progress)
-        })?;
-        self.count(traced.statistics, clock);
-        self.check_light(&traced.total)?;
-        let traced = WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error };
-        self.keep_view(&traced, inputs, false, clock)?;
-        Ok(traced)
-    }
-
-    fn keep_view(&mut self, view: &WithError, inputs: Fingerprint, reused: bool, clock: Instant) -> Result<()> {
-        let groups = &self.inputs.sensors;
-        let parts = [("", &view.total), ("_direct", &view.direct), ("_standard_error", &view.standard_error)];
-        for (suffix, matrix) in parts {
-            for (group, part) in groups.iter().zip(split(matrix, groups)) {
-                let name = format!("V_{}{suffix}", group.name);
-                self.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
-                if suffix.is_empty() {
-                    self.note(&name, &part, reused, clock);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// A matrix made elsewhere: taken for exact; without straight part where no phase asks for it.
-    fn imported(given: Imported) -> WithError {
-        let Imported { total, direct } = given;
-        let zeros = Matrix::zeros(total.rows(), total.cols(), 3);
-        WithError { direct: direct.unwrap_or_else(|| zeros.clone()), standard_error: zeros, total }
-    }
-
-    fn kept_view(&self, inputs: Fingerprint) -> Option<WithError> {
-        let bins = self.inputs.bins();
-        let together = |suffix: &str| {
-            let mut data = Vec::new();
-            let mut rows = 0;
-            for group in &self.inputs.sensors {
-                let part = self.store.load(&format!("V_{}{suffix}", group.name), inputs, (group.sensors.len(), bins, 3))?;
-                rows += part.rows();
-                data.extend(part.into_data());
-            }
-            Matrix::from_data(rows, bins, 3, data).ok()
-        };
-        Some(WithError { total: together("")?, direct: together("_direct")?, standard_error: together("_standard_error")? })
-    }
-
-    fn daylight(&mut self, index: usize, window: &ProjectWindow) -> Result<WithError> {
-        let clock = Instant::now();
-        self.check_stop()?;
-        let sky = self.project.method.sky;
-        let rounds = rounds(self.project);
-        let mut inputs = self.scene_fingerprint("D");
-        inputs
-            .add(&(&window.window.triangles, &window.window.frame, &window.window.basis))
-            .add(&sky)
-            .add(&daylight_options(self.project, index, 0))
-            .add(&rounds);
-        let name = format!("D_{}", window.name);
-        let shape = (window.window.basis.len(), sky.len(), 3);
-        let load = |suffix: &str| self.store.load(&format!("{name}{suffix}"), inputs, shape);
-        let kept = || Some((load("")?, load("_direct")?, load("_standard_error")?));
-        if let Some((total, direct, standard_error)) = kept().filter(|_| window.daylight.is_none()) {
-            self.note(&name, &total, true, clock);
-            return Ok(WithError { total, direct, standard_error });
-        }
-        let traced = match &window.daylight {
-            Some(given) => {
-                inputs = *Fingerprint::new("D imported").add(&given.total.data());
-                Self::imported(given.clone())
-            }
-            None => {
-                let traced = average(rounds, self.progress, |round, progress| {
-                    let options = daylight_options(self.project, index, round);
-                    daylight_matrix::compute(self.device, &self.inputs.scene, &window.window, sky, &options, progress)
-                })?;
-                self.count(traced.statistics, clock);
-                WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error }
-            }
-        };
-        let about = "daylight matrix, rows the window's bins, columns patches";
-        self.store.save(&format!("{name}_direct"), &traced.direct, inputs, about)?;
-        self.store.save(&format!("{name}_standard_error"), &traced.standard_error, inputs, about)?;
-        self.store.save(&name, &traced.total, inputs, about)?;
-        let t = window.transmission.map(|v| v as f32);
-        let transmission_inputs = *Fingerprint::new("T").add(&t.data());
-        self.store.save(
-            &format!("T_{}", window.name),
-            &t,
-            transmission_inputs,
-            "transmission, rows outgoing bins, columns incident bins",
-        )?;
-        self.note(&name, &traced.total, window.daylight.is_some(), clock);
-        Ok(traced)
+    /// A result that misses what was asked for says so.
+    fn warn_of_error(&self, errors: &annual::YearErrors, warnings: &mut Warnings) {
+        let Some(error) = errors.estimated.filter(|e| e.target_met == Some(false)) else { return };
+        let target = 100.0 * error.target.unwrap_or_default();
+        let message = format!(
+            "the standard error of a year's light is {:.2} % at the worst sensor, more than the {target:.2} % of {}",
+            100.0 * error.annual_largest,
+            self.project.quality.name()
+        );
+        warnings.push(
+            Error::new(message).file(&self.project.file).field("quality").help(format!(
+                "write target_error = {} in place of the preset to sample until it is met",
+                error.target.unwrap_or_default()
+            )),
+        );
     }
 
     fn count(&mut self, statistics: TraceStatistics, clock: Instant) {
-        self.statistics.paths += statistics.paths;
-        self.statistics.segments += statistics.segments;
+        self.statistics.add(statistics);
         self.traced_seconds += clock.elapsed().as_secs_f64();
     }
 
@@ -419,17 +313,24 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn write(&self, lux: &Matrix<f32>) -> Result<Vec<SensorSummary>> {
+    fn write(&self, lux: &Matrix<f32>, errors: &annual::YearErrors) -> Result<Vec<SensorSummary>> {
         let groups = &self.inputs.sensors;
+        let records = &self.inputs.weather.records;
         let mut sensors = Vec::new();
-        for (i, (group, part)) in groups.iter().zip(split(lux, groups)).enumerate() {
+        let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
+        for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
             self.progress.update("writing", i as f64 / groups.len() as f64);
-            results::write_illuminance(self.store, group, &self.inputs.weather.records, &part)?;
-            let sum: f64 = part.data().iter().map(|&v| f64::from(v)).sum();
+            results::write_illuminance(self.store, group, records, &part, Content::Illuminance)?;
+            results::write_illuminance(self.store, group, records, &error, Content::StandardError)?;
+            let year = &errors.groups[i];
+            annual::write(self.store, group, year)?;
             sensors.push(SensorSummary {
                 name: group.name.clone(),
                 count: group.sensors.len(),
-                mean_illuminance_lx: sum / part.data().len().max(1) as f64,
+                mean_illuminance_lx: year.mean.value,
+                mean_illuminance_standard_error_lx: year.mean.standard_error,
+                spatial_autonomy: year.spatial_autonomy.value,
+                spatial_autonomy_standard_error: year.spatial_autonomy.standard_error,
             });
         }
         Ok(sensors)
@@ -438,12 +339,12 @@ impl<'a> Run<'a> {
     /// View matrices and pictures of all `[[view]]`s.
     fn pictures(
         &mut self,
-        multiplier: &dyn product::Multiplier,
-        transmitted: &Matrix<f64>,
-        sky: &Matrix<f32>,
+        product: &ProductOfPictures<'_>,
         five: Option<&FivePhase<'_>>,
+        daylight_direct: &[Matrix<f32>],
         warnings: &mut Warnings,
     ) -> Result<Vec<ViewSummary>> {
+        let ProductOfPictures { multiplier, transmitted, sky } = *product;
         let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
         let mut summaries = Vec::new();
         // Other ways to glare need no pictures of everything.
@@ -469,20 +370,33 @@ impl<'a> Run<'a> {
             let mut statistics = TraceStatistics::default();
             let (rows, columns, reused) = job.matrix(inputs, &mut statistics)?;
             let seconds = clock.elapsed().as_secs_f64();
-            self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds });
+            self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds, rounds: None });
             self.count(statistics, clock);
             let hours = self.project.images.hours.chosen(sky)?;
-            let shaded = self.inputs.windows.iter().any(|w| w.shade.is_some());
-            let suns = five.filter(|_| shaded && !hours.is_empty()).map(|five| self.sun_pictures(five.suns(), view, &hours)).transpose()?;
-            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five.zip(suns.as_ref()), warnings)?;
+            let mut suns = None;
+            if let Some(five) = five
+                && self.inputs.windows.iter().any(is_shaded)
+                && !hours.is_empty()
+            {
+                let clock = Instant::now();
+                let mut statistics = TraceStatistics::default();
+                // The suns of all hours at once, if glare will need them.
+                let glare = self.project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
+                let needed = if glare { lit_columns(sky) } else { hours.clone() };
+                suns = Some(self.sun_pictures(five.suns(), view, &needed, &mut statistics)?);
+                self.count(statistics, clock);
+            }
+            let transmissions: Vec<&Matrix<f64>> = self.inputs.windows.iter().map(|w| &w.transmission).collect();
+            let shaded = transmitted_where(self.inputs, &transmissions, daylight_direct, &is_shaded)?;
+            let five = five.zip(suns.as_ref()).map(|(five, suns)| (five, &shaded, suns));
+            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five, warnings)?;
             summaries.push(ViewSummary { name: view.name.clone(), pixels: rows, pictures });
         }
         Ok(summaries)
     }
 
     /// What the suns of these hours put into the pictures of a view.
-    fn sun_pictures(&mut self, suns: &SunSet, view: &ViewSection, hours: &[usize]) -> Result<SunPictures> {
-        let clock = Instant::now();
+    fn sun_pictures(&self, suns: &SunSet, view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics) -> Result<SunPictures> {
         let job = SunPictureJob {
             device: self.device,
             project: self.project,
@@ -495,10 +409,7 @@ impl<'a> Run<'a> {
         for window in &self.inputs.windows {
             inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
         }
-        let mut statistics = TraceStatistics::default();
-        let pictures = job.compute(&view.name, &view.raster()?, hours, inputs, &mut statistics)?;
-        self.count(statistics, clock);
-        Ok(pictures)
+        job.compute(&view.name, &view.raster()?, hours, inputs, statistics)
     }
 
     /// Annual glare of all views, if the project asks for it.
@@ -507,10 +418,16 @@ impl<'a> Run<'a> {
         multiplier: &dyn product::Multiplier,
         [daylight, daylight_direct, daylight_error]: [&[Matrix<f32>]; 3],
         sky: &Matrix<f32>,
+        five: Option<&FivePhase<'_>>,
         warnings: &mut Warnings,
     ) -> Result<Option<GlareSummary>> {
         let Some(section) = &self.project.glare else { return Ok(None) };
         let mut statistics = TraceStatistics::default();
+        let five = five.map(|terms| (terms, self.scene_fingerprint("C")));
+        let pictures = |view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics| {
+            let Some((terms, _)) = &five else { return Err(Error::new("suns are traced by five phases only")) };
+            self.sun_pictures(terms.suns(), view, hours, statistics)
+        };
         let job = GlareJob {
             device: self.device,
             project: self.project,
@@ -522,10 +439,10 @@ impl<'a> Run<'a> {
             daylight_error,
             sky,
             view_inputs: &|kind| self.view_fingerprint(kind),
+            five: five.map(|(terms, sun_inputs)| FiveGlare { terms, sun_inputs, sun_pictures: &pictures }),
         };
         let summary = job.run(section, multiplier, &mut statistics, warnings)?;
-        self.statistics.paths += statistics.paths;
-        self.statistics.segments += statistics.segments;
+        self.statistics.add(statistics);
         Ok(Some(summary))
     }
 
@@ -534,7 +451,7 @@ impl<'a> Run<'a> {
         sensors: Vec<SensorSummary>,
         views: Vec<ViewSummary>,
         glare: Option<GlareSummary>,
-        estimated_error: Option<results::EstimatedError>,
+        estimated_error: Option<EstimatedError>,
         suns: Option<SunCensus>,
         warnings: &Warnings,
     ) -> Summary {
@@ -544,6 +461,7 @@ impl<'a> Run<'a> {
             project: crate::files::relative(self.store.folder(), &project.file),
             device: DeviceSummary::of(self.device),
             preset: project.quality.preset.name().to_string(),
+            quality: project.quality.name(),
             seed: project.quality.seed,
             phases: self.choice.phases,
             phases_because: self.choice.why.to_string(),
@@ -564,6 +482,14 @@ impl<'a> Run<'a> {
             warnings: warnings.iter().map(ToString::to_string).collect(),
         }
     }
+}
+
+/// Makes a run model everything, needed or not: D by rays where a quadrature would do, suns behind every
+/// window, all channels, shaders for every kind of material. Results are the same within the bound
+/// that the plan states for each omission; a check for those who doubt them.
+pub fn without_pruning(project: &mut Project, inputs: &mut Inputs) {
+    project.quality.prune = false;
+    inputs.scene.unpruned = true;
 }
 
 /// The rows of each group.

@@ -6,6 +6,7 @@ use super::five_phase::{shaded_windows, shades};
 use super::inputs::Inputs;
 use super::presets::sun_picture_options;
 use super::project::Project;
+use super::rounds::Part;
 use super::shade::{add, black_model};
 use super::store::Store;
 use super::suns::SunSet;
@@ -13,7 +14,7 @@ use crate::camera::Raster;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::kernels::sun_matrix::Sun;
-use crate::kernels::sun_matrix::pixels::{self, Models, SparsePicture};
+use crate::kernels::sun_matrix::pixels::{self, Models, SparsePicture, SunPicture};
 use crate::kernels::trace::TraceStatistics;
 use crate::progress::Progress;
 use std::collections::BTreeMap;
@@ -21,8 +22,14 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// First bytes of a file of sparse pictures.
-const MAGIC: &[u8; 8] = b"LUCSUNS1";
+/// First bytes of a file of sparse pictures. Then, little endian: the inputs' fingerprint with its
+/// length; the hours with their number, each its sun (from 1, 0 for none; u32) and radiance (f64);
+/// the pictures with their number, each its sun, entries, error at the eye (f64) and the entries.
+const MAGIC: &[u8; 8] = b"LUCSUNS2";
+/// Bytes of an hour.
+const HOUR: usize = 12;
+/// Bytes before the entries of a picture: sun, entries, error.
+const HEAD: usize = 24;
 /// Bytes of an entry: number of the pixel, radiance of three channels.
 const ENTRY: usize = 16;
 /// Memory for the pictures of suns that are traced together, bytes; each pixel may take this much.
@@ -33,10 +40,19 @@ const PIXEL_BYTES: usize = 64;
 pub struct SunPictures {
     path: PathBuf,
     file: Mutex<std::fs::File>,
-    /// Number of the sun in the set → first byte and entries.
-    places: BTreeMap<usize, (u64, usize)>,
+    /// By the number of the sun in the set.
+    places: BTreeMap<usize, Place>,
     /// Per hour: sun and radiance.
     hours: Vec<Option<(usize, f64)>>,
+}
+
+/// Where a sun's picture is in the file.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    start: u64,
+    entries: usize,
+    /// Standard error at the eye, lx per W/m²sr.
+    eye_error: f64,
 }
 
 /// What they are computed from.
@@ -72,94 +88,155 @@ impl SunPictureJob<'_> {
         needed.sort_unstable();
         needed.dedup();
         let options = sun_picture_options(self.project);
-        let suns: Vec<Sun> = needed.iter().map(|&n| self.suns.suns[n]).collect();
-        inputs.add(raster).add(&options).add(&suns);
+        inputs.add(raster).add(&options).add(&self.suns.suns).add(&self.suns.hours);
         let path = self.store.sun_pictures_path(view);
-        let places = match kept(&path, &inputs.to_string(), &needed) {
-            Some(places) => places,
-            None => {
-                let lit = {
-                    let mut lit = self.inputs.scene.clone();
-                    shades(self.inputs).for_each(|s| add(&mut lit, &s.scene));
-                    lit
-                };
-                let black = black_model(&self.inputs.scene, shades(self.inputs));
-                let shaded = shaded_windows(self.inputs);
-                let first_shade = self.inputs.scene.materials.len() as u32;
-                let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded };
-                let group = (GROUP_BYTES / (raster.len() * PIXEL_BYTES)).clamp(1, 256);
-                let mut places = BTreeMap::new();
-                crate::files::write_atomically(&path, |out| {
-                    let fault = |e: std::io::Error| Error::io(&path, &e);
-                    out.write_all(MAGIC).map_err(fault)?;
-                    out.write_all(inputs.to_string().as_bytes()).map_err(fault)?;
-                    out.write_all(&(needed.len() as u64).to_le_bytes()).map_err(fault)?;
-                    let mut position = (MAGIC.len() + inputs.to_string().len() + 8) as u64;
-                    for (numbers, suns) in needed.chunks(group).zip(suns.chunks(group)) {
-                        let pictures = pixels::compute(self.device, &models, raster, suns, &options, self.progress, statistics)?;
-                        for (number, picture) in numbers.iter().zip(pictures) {
-                            write_picture(out, *number, &picture).map_err(fault)?;
-                            places.insert(*number, (position + 16, picture.len()));
-                            position += 16 + (picture.len() * ENTRY) as u64;
-                        }
-                    }
-                    Ok(())
-                })?;
-                places
-            }
+        let fits = |path: &Path| {
+            SunPictures::open(path)
+                .is_ok_and(|kept| kept.inputs == inputs.to_string() && needed.iter().all(|n| kept.pictures.places.contains_key(n)))
         };
-        let file = std::fs::File::open(&path).map_err(|e| Error::io(&path, &e))?;
-        Ok(SunPictures { path, file: Mutex::new(file), places, hours: self.suns.hours.clone() })
+        if self.store.has(&path, &fits) {
+            return SunPictures::open(&path).map(|kept| kept.pictures);
+        }
+        let lit = {
+            let mut lit = self.inputs.scene.clone();
+            shades(self.inputs).for_each(|s| add(&mut lit, &s.scene));
+            lit
+        };
+        let black = black_model(&self.inputs.scene, shades(self.inputs));
+        let shaded = shaded_windows(self.inputs);
+        let first_shade = self.inputs.scene.materials.len() as u32;
+        let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded };
+        let group = (GROUP_BYTES / (raster.len() * PIXEL_BYTES)).clamp(1, 256);
+        crate::files::write_atomically(&path, |out| {
+            let fault = |e: std::io::Error| Error::io(&path, &e);
+            write_head(out, &inputs.to_string(), &self.suns.hours, needed.len()).map_err(fault)?;
+            for (part, numbers) in needed.chunks(group).enumerate() {
+                let suns: Vec<Sun> = numbers.iter().map(|&n| self.suns.suns[n]).collect();
+                let stage = Part::of(self.progress, part, needed.len().div_ceil(group));
+                let pictures = pixels::compute(self.device, &models, raster, &suns, &options, &stage, statistics)?;
+                for (number, picture) in numbers.iter().zip(pictures) {
+                    write_picture(out, *number, &picture).map_err(fault)?;
+                }
+            }
+            Ok(())
+        })?;
+        SunPictures::open(&path).map(|kept| kept.pictures)
     }
 }
 
-fn write_picture(out: &mut dyn Write, number: usize, picture: &SparsePicture) -> std::io::Result<()> {
-    out.write_all(&(number as u64).to_le_bytes())?;
-    out.write_all(&(picture.len() as u64).to_le_bytes())?;
-    let mut bytes = Vec::with_capacity(picture.len() * ENTRY);
-    for (pixel, value) in picture {
+fn write_head(out: &mut dyn Write, inputs: &str, hours: &[Option<(usize, f64)>], pictures: usize) -> std::io::Result<()> {
+    out.write_all(MAGIC)?;
+    out.write_all(&(inputs.len() as u64).to_le_bytes())?;
+    out.write_all(inputs.as_bytes())?;
+    out.write_all(&(hours.len() as u64).to_le_bytes())?;
+    let mut bytes = Vec::with_capacity(hours.len() * HOUR);
+    for hour in hours {
+        let (sun, radiance) = hour.map_or((0, 0.0), |(sun, radiance)| (sun as u32 + 1, radiance));
+        bytes.extend(sun.to_le_bytes());
+        bytes.extend(radiance.to_le_bytes());
+    }
+    out.write_all(&bytes)?;
+    out.write_all(&(pictures as u64).to_le_bytes())
+}
+
+fn write_picture(out: &mut dyn Write, number: usize, picture: &SunPicture) -> std::io::Result<()> {
+    let pixels = &picture.pixels;
+    let mut bytes = Vec::with_capacity(HEAD + pixels.len() * ENTRY);
+    bytes.extend((number as u64).to_le_bytes());
+    bytes.extend((pixels.len() as u64).to_le_bytes());
+    bytes.extend(picture.eye_error.to_le_bytes());
+    for (pixel, value) in pixels {
         bytes.extend(pixel.to_le_bytes());
         value.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
     }
     out.write_all(&bytes)
 }
 
-/// Where the pictures lie in a file of the same inputs and suns.
-fn kept(path: &Path, inputs: &str, needed: &[usize]) -> Option<BTreeMap<usize, (u64, usize)>> {
-    let mut file = std::fs::File::open(path).ok()?;
-    let end = file.metadata().ok()?.len();
-    let mut head = vec![0u8; MAGIC.len() + inputs.len()];
-    file.read_exact(&mut head).ok()?;
-    if head != [MAGIC.as_slice(), inputs.as_bytes()].concat() {
-        return None;
+/// Little-endian numbers of a file whose length is known, so that no length in it is believed blindly.
+struct Words {
+    file: std::io::BufReader<std::fs::File>,
+    position: u64,
+    end: u64,
+}
+
+impl Words {
+    fn bytes(&mut self, count: u64) -> std::io::Result<Vec<u8>> {
+        let rest = self.end - self.position;
+        let length = usize::try_from(count).ok().filter(|_| count <= rest).ok_or(std::io::ErrorKind::UnexpectedEof)?;
+        let mut bytes = vec![0u8; length];
+        self.file.read_exact(&mut bytes)?;
+        self.position += count;
+        Ok(bytes)
     }
-    let mut word = || -> Option<u64> {
-        let mut bytes = [0u8; 8];
-        file.read_exact(&mut bytes).ok()?;
-        Some(u64::from_le_bytes(bytes))
-    };
-    if word()? != needed.len() as u64 {
-        return None;
+
+    fn number(&mut self) -> std::io::Result<u64> {
+        Ok(self.bytes(8)?.iter().rev().fold(0, |sum, &b| sum << 8 | u64::from(b)))
     }
-    let mut places = BTreeMap::new();
-    let mut position = head.len() as u64 + 8;
-    let mut file = std::fs::File::open(path).ok()?;
-    for &number in needed {
-        file.seek(SeekFrom::Start(position)).ok()?;
-        let mut bytes = [0u8; 16];
-        file.read_exact(&mut bytes).ok()?;
-        let (found, entries) = bytes.split_at(8);
-        let entries = u64::from_le_bytes(entries.try_into().ok()?);
-        if u64::from_le_bytes(found.try_into().ok()?) != number as u64 {
-            return None;
+
+    fn skip(&mut self, count: u64) -> std::io::Result<()> {
+        if count > self.end - self.position {
+            return Err(std::io::ErrorKind::UnexpectedEof.into());
         }
-        places.insert(number, (position + 16, usize::try_from(entries).ok()?));
-        position = position.checked_add(16)?.checked_add(entries.checked_mul(ENTRY as u64)?)?;
+        self.position += count;
+        self.file.seek(SeekFrom::Start(self.position)).map(|_| ())
     }
-    (position == end).then_some(places)
+}
+
+/// A file of suns' pictures with what it was computed from.
+pub struct Kept {
+    /// Fingerprint of the inputs.
+    pub inputs: String,
+    /// The pictures.
+    pub pictures: SunPictures,
 }
 
 impl SunPictures {
+    /// Opens the file of an earlier run; of the pictures only their places are read.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is none of suns' pictures, or is cut off.
+    pub fn open(path: &Path) -> Result<Kept> {
+        let fault = |e: std::io::Error| Error::io(path, &e);
+        let file = std::fs::File::open(path).map_err(fault)?;
+        let end = file.metadata().map_err(fault)?.len();
+        let mut words = Words { file: std::io::BufReader::new(file), position: 0, end };
+        if words.bytes(MAGIC.len() as u64).ok().as_deref() != Some(MAGIC) {
+            return Err(Error::new("this is no file of suns' pictures").file(path).help("delete it: it will be computed again"));
+        }
+        let (inputs, hours, places) = Self::read_places(&mut words).map_err(fault)?;
+        let file = std::fs::File::open(path).map_err(fault)?;
+        let inputs = String::from_utf8_lossy(&inputs).into_owned();
+        Ok(Kept { inputs, pictures: Self { path: path.to_path_buf(), file: Mutex::new(file), places, hours } })
+    }
+
+    #[allow(clippy::type_complexity, reason = "the three parts of a file")]
+    fn read_places(words: &mut Words) -> std::io::Result<(Vec<u8>, Vec<Option<(usize, f64)>>, BTreeMap<usize, Place>)> {
+        let length = words.number()?;
+        let inputs = words.bytes(length)?;
+        let hours = words.number()?.saturating_mul(HOUR as u64);
+        let hour = |bytes: &[u8; HOUR]| {
+            let [a, b, c, d, radiance @ ..] = *bytes;
+            let sun = u32::from_le_bytes([a, b, c, d]).checked_sub(1)?;
+            Some((sun as usize, f64::from_le_bytes(radiance)))
+        };
+        let hours = words.bytes(hours)?.as_chunks::<HOUR>().0.iter().map(hour).collect();
+        let mut places = BTreeMap::new();
+        for _ in 0..words.number()? {
+            let [number, entries] = [words.number()?, words.number()?];
+            let eye_error = f64::from_bits(words.number()?);
+            let start = words.position;
+            words.skip(entries.saturating_mul(ENTRY as u64))?;
+            places.insert(number as usize, Place { start, entries: entries as usize, eye_error });
+        }
+        Ok((inputs, hours, places))
+    }
+
+    /// Standard error of the illuminance that the sun's light of an hour makes at the eye, lx.
+    pub fn eye_error(&self, hour: usize) -> f64 {
+        let sun = self.hours.get(hour).copied().flatten();
+        sun.map_or(0.0, |(sun, radiance)| self.places.get(&sun).map_or(0.0, |p| p.eye_error * radiance))
+    }
+
     /// What the sun adds to the picture of an hour (number of the year from 0): pixels in rising order
     /// and RGB radiance, W/m²sr. Empty without sun.
     ///
@@ -167,7 +244,7 @@ impl SunPictures {
     /// A file that cannot be read any more.
     pub fn sun_picture(&self, hour: usize) -> Result<SparsePicture> {
         let Some((sun, radiance)) = self.hours.get(hour).copied().flatten() else { return Ok(Vec::new()) };
-        let Some(&(start, entries)) = self.places.get(&sun) else {
+        let Some(&Place { start, entries, .. }) = self.places.get(&sun) else {
             return Err(Error::new(format!("the sun of hour {hour} was not traced")).file(&self.path));
         };
         let mut bytes = vec![0u8; entries * ENTRY];

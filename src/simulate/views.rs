@@ -1,11 +1,11 @@
 //! Pictures of a project: `[[view]]` and `[images]`, their view matrices and hourly pictures.
 
 use super::fingerprint::Fingerprint;
-use super::five_phase::FivePhase;
+use super::five_phase::{FivePhase, without_sun_patches};
 use super::multiply::{check_hours, lit_columns, select_columns};
 use super::pictures::{Addition, Output, PictureView, Request, write_pictures};
 use super::project::name;
-use super::store::{INPUTS, Store, software};
+use super::store::{INPUTS, Store, is_of, software};
 use super::sun_pictures::SunPictures;
 use super::table::Table;
 use crate::camera::{Raster, View};
@@ -20,7 +20,6 @@ use crate::kernels::product::Multiplier;
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
 use crate::matrix::file::{Format, write_float_header, write_matrix};
-use crate::matrix::rows::MatrixRows;
 use crate::progress::Progress;
 use crate::scene::{Scene, Window};
 use rayon::prelude::*;
@@ -166,10 +165,8 @@ impl ViewJob<'_> {
         let mut sums: Vec<BatchSums> = geometry.iter().flat_map(|g| vec![BatchSums::new(g, bins); batches]).collect();
         let rows = sums.iter().map(BatchSums::rows).sum();
         let straight = self.options.straight;
-        if kept(&path, inputs, [raster.len(), bins])
-            && (!straight || kept(&direct_path, inputs, [raster.len(), bins]))
-            && (rows == 0 || kept(&batches_path, inputs, [rows, bins]))
-        {
+        let kept = |path: &Path, rows: usize| self.store.has(path, &|path| is_of(path, inputs, (rows, bins, 3)));
+        if kept(&path, raster.len()) && (!straight || kept(&direct_path, raster.len())) && (rows == 0 || kept(&batches_path, rows)) {
             return Ok((raster.len(), bins, true));
         }
         let header = [
@@ -230,7 +227,8 @@ impl ViewJob<'_> {
     }
 
     /// Writes `images/NAME/img_%04d.hdr`, numbered by hour, from the stored view matrix; with five
-    /// phases the sun goes out of the product and comes back as traced. Returns how many.
+    /// phases (their terms, T·Dd of the windows with a shade, the suns' pictures) the sun goes out of the
+    /// product and comes back as traced. Returns how many.
     ///
     /// # Errors
     /// Hours that the weather file does not have, and failures of device and file system.
@@ -240,7 +238,7 @@ impl ViewJob<'_> {
         transmitted: &Matrix<f64>,
         sky: &Matrix<f32>,
         hours: &[usize],
-        five: Option<(&FivePhase<'_>, &SunPictures)>,
+        five: Option<(&FivePhase<'_>, &Matrix<f64>, &SunPictures)>,
         warnings: &mut Warnings,
     ) -> Result<usize> {
         if hours.is_empty() {
@@ -248,8 +246,8 @@ impl ViewJob<'_> {
         }
         let folder = self.store.image_folder(&self.view.name)?;
         let matrix = self.store.matrix_path(&format!("V_{}", self.view.name));
-        let direct = five.and_then(|(five, _)| five.direct_light_at_windows(multiplier, hours).transpose()).transpose()?;
-        let mut view = match &direct {
+        let sun = five.and_then(|(five, shaded, _)| five.sun_at_windows(multiplier, shaded, hours).transpose()).transpose()?;
+        let mut view = match &sun {
             None => PictureView::open(&matrix.display().to_string(), None)?,
             Some(_) => PictureView::open_split(&matrix, &self.direct_path())?,
         };
@@ -262,16 +260,11 @@ impl ViewJob<'_> {
             ],
             None,
         )?;
-        // V·TDS − Vd·TDdSds = (V − Vd)·TDS + Vd·(TDS − TDdSds): nothing negative.
-        let coefficients = match direct {
+        let coefficients = match sun {
             None => coefficients,
-            Some(direct) => {
-                let rest = coefficients.data().iter().zip(direct.data()).map(|(all, direct)| (all - direct).max(0.0)).collect::<Vec<f32>>();
-                let (bins, columns) = (coefficients.rows(), coefficients.cols());
-                Matrix::from_data(2 * bins, columns, 3, [coefficients.into_data(), rest].concat())?
-            }
+            Some(sun) => without_sun_patches(&coefficients, &sun),
         };
-        let sun_picture = |hour: usize| five.map_or_else(|| Ok(Vec::new()), |(_, suns)| suns.sun_picture(hour));
+        let sun_picture = |hour: usize| five.map_or_else(|| Ok(Vec::new()), |(_, _, suns)| suns.sun_picture(hour));
         let addition: Option<&Addition<'_>> = if five.is_some() { Some(&sun_picture) } else { None };
         let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
         let output = Output::parse(&folder.join("img_%04d.hdr").display().to_string(), options)?;
@@ -290,11 +283,4 @@ fn add_batches(sums: &mut [BatchSums], geometry: &PixelGeometry, rows: &PixelRow
             sums.add(geometry, rows.first + i, &values[batch * row..(batch + 1) * row]);
         }
     });
-}
-
-/// Whether a matrix file of these inputs and shape is there, by its header alone.
-fn kept(path: &Path, inputs: Fingerprint, [rows, cols]: [usize; 2]) -> bool {
-    let Ok(Some(file)) = MatrixRows::open(path) else { return false };
-    let line = format!("{INPUTS}={inputs}");
-    file.header().contains(&line) && (file.rows(), file.cols(), file.components()) == (rows, cols, 3)
 }

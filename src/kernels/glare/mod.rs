@@ -28,7 +28,7 @@ pub use device::OnDevice;
 pub use native::Native;
 pub use noise::{BatchSums, Batches, HourNoise};
 pub use stack::{InMemory, PixelSource, Stack, StackOptions};
-pub use year::{HourGlare, Year, year};
+pub use year::{HourGlare, ReadyView, Year, year};
 
 use crate::error::Result;
 use crate::gpu::{Device, DeviceKind, Registered};
@@ -49,6 +49,11 @@ pub trait Additions: Sync {
     /// # Errors
     /// Whatever prevents it.
     fn of_hour(&self, hour: usize, pixels: &mut Vec<(u32, f32)>) -> Result<()>;
+
+    /// Variance of the vertical illuminance that this light makes, lx²; 0 if it is not known.
+    fn illuminance_variance(&self, _hour: usize) -> f64 {
+        0.0
+    }
 }
 
 /// Hours that are computed together.

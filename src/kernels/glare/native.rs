@@ -1,6 +1,6 @@
 //! Glare pixels on the processor.
 
-use super::stack::{SLOTS, TILE_HEIGHT, Tile};
+use super::stack::{SLOTS, TILE_HEIGHT};
 use super::{Band, Bands, Detector, GlarePixels, Loaded, Pass};
 use crate::error::{Error, Result};
 use crate::kernels::product::{Strides, product_on_this_thread};
@@ -69,7 +69,7 @@ fn one_band(band: &Band, width: usize, terms: usize, pass: &Pass, split: Option<
         let strides = Strides { left: [1, SLOTS], right: [1, terms], product: [1, SLOTS] };
         product_on_this_thread([SLOTS, terms, padded], values, &columns, &mut luminance, &strides);
         for (&hour, values) in active.iter().zip(luminance.chunks_exact_mut(SLOTS)) {
-            additions.add(number, tile, hour as usize, values);
+            additions.add(number, hour as usize, values);
             let threshold = pass.thresholds[hour as usize];
             for (&pixel, &l) in tile.pixels().iter().zip(&*values) {
                 if f64::from(l) > threshold {
@@ -110,51 +110,69 @@ fn upper_bounds(band: &Band, terms: usize, pass: &Pass, split: Option<&[Vec<f32>
 }
 
 /// The additional light in one band, by tile and hour.
-struct AddedLight<'p> {
-    /// `[hour]`: the part of the hour's list that lies in the band.
-    pixels: Vec<&'p [(u32, f32)]>,
-    /// `[tile][hour]`: greatest addition; empty without any.
-    most: Vec<f32>,
+struct AddedLight {
+    /// Where those of a tile and hour begin in `added`, `[tile][hour]`, and the end; empty without any.
+    offsets: Vec<u32>,
+    /// Slot of the tile, luminance.
+    added: Vec<(u8, f32)>,
     hours: usize,
 }
 
-impl<'p> AddedLight<'p> {
-    fn new(band: &Band, width: usize, pass: &'p Pass) -> Self {
+impl AddedLight {
+    fn new(band: &Band, width: usize, pass: &Pass) -> Self {
         let hours = pass.hours();
         let (from, to) = (band.first_line * width, (band.first_line + TILE_HEIGHT) * width);
-        let pixels: Vec<&[(u32, f32)]> = pass
-            .additions
-            .iter()
-            .map(|all| {
+        let lists = || {
+            pass.additions.iter().map(|all| {
                 let place = |pixel: usize| all.partition_point(|&(p, _)| (p as usize) < pixel);
                 &all[place(from)..place(to)]
             })
-            .collect();
-        let mut most = Vec::new();
-        if pixels.iter().any(|p| !p.is_empty()) {
-            most = vec![0.0f32; band.tiles.len() * hours];
-            for (number, tile) in band.tiles.iter().enumerate() {
-                for (hour, list) in pixels.iter().enumerate() {
-                    let here = list.iter().filter(|(p, _)| tile.pixels().binary_search(p).is_ok());
-                    most[number * hours + hour] = here.fold(0.0, |a, &(_, l)| a.max(l));
-                }
+        };
+        if lists().all(<[_]>::is_empty) {
+            return Self { offsets: Vec::new(), added: Vec::new(), hours };
+        }
+        let mut places = vec![None; TILE_HEIGHT * width];
+        for (number, tile) in band.tiles.iter().enumerate() {
+            for (slot, &pixel) in tile.pixels().iter().enumerate() {
+                places[pixel as usize - from] = Some((number, slot as u8));
             }
         }
-        Self { pixels, most, hours }
+        let all = || {
+            let of_hour = |(hour, list)| std::iter::repeat(hour).zip(list);
+            lists().enumerate().flat_map(of_hour).filter_map(|(hour, &(pixel, l)): (usize, &(u32, f32))| {
+                let (tile, slot) = places[pixel as usize - from]?;
+                Some((tile * hours + hour, slot, l))
+            })
+        };
+        let mut offsets = vec![0u32; band.tiles.len() * hours + 1];
+        all().for_each(|(cell, _, _)| offsets[cell + 1] += 1);
+        for i in 1..offsets.len() {
+            offsets[i] += offsets[i - 1];
+        }
+        let mut next = offsets.clone();
+        let mut added = vec![(0, 0.0); *offsets.last().unwrap_or(&0) as usize];
+        for (cell, slot, l) in all() {
+            added[next[cell] as usize] = (slot, l);
+            next[cell] += 1;
+        }
+        Self { offsets, added, hours }
     }
 
+    fn of(&self, tile: usize, hour: usize) -> &[(u8, f32)] {
+        let cell = tile * self.hours + hour;
+        match self.offsets.get(cell..cell + 2) {
+            Some([from, to]) => &self.added[*from as usize..*to as usize],
+            _ => &[],
+        }
+    }
+
+    /// The greatest addition.
     fn most(&self, tile: usize, hour: usize) -> f64 {
-        self.most.get(tile * self.hours + hour).copied().map_or(0.0, f64::from)
+        f64::from(self.of(tile, hour).iter().fold(0.0, |most, &(_, l)| l.max(most)))
     }
 
-    fn add(&self, number: usize, tile: &Tile, hour: usize, luminance: &mut [f32]) {
-        if self.most(number, hour) > 0.0 {
-            for (pixel, l) in self.pixels[hour] {
-                if let Ok(slot) = tile.pixels().binary_search(pixel) {
-                    luminance[slot] += l;
-                }
-            }
-        }
+    fn add(&self, tile: usize, hour: usize, luminance: &mut [f32]) {
+        self.of(tile, hour).iter().for_each(|&(slot, l)| luminance[usize::from(slot)] += l);
     }
 }
 

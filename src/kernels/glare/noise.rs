@@ -7,6 +7,7 @@
 
 use super::blocks::Blocks;
 use super::stack::Stack;
+use super::year::Year;
 use crate::error::{Error, Result};
 use crate::glare::Glare;
 use crate::glare::index::DgpModel;
@@ -23,7 +24,8 @@ pub trait HourNoise: Sync {
     fn variance(&self, hour: usize, gradient: &[f64], by_given_illuminance: f64) -> f64;
 }
 
-/// Independent estimates of the first left factor, reduced to what noise is measured on.
+/// Independent estimates of the first columns of the first left factor, reduced to what noise is
+/// measured on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Batches {
     /// Deviation from the mean, per batch: Ev's row `[term]`.
@@ -82,11 +84,11 @@ impl Batches {
     /// From the sums of all batches, one below the other (see [`BatchSums`]).
     ///
     /// # Errors
-    /// If the shape is not that of at least two batches of the stack's first factor.
+    /// If the shape is not that of at least two batches of columns that the stack's first factor begins with.
     pub fn new(stack: &Stack<'_>, matrix: &Matrix<f32>) -> Result<Self> {
         let rows = 1 + stack.blocks.count();
         let batches = matrix.rows() / rows;
-        let fits = matrix.rows() == rows * batches && matrix.components() == 3 && Some(&matrix.cols()) == stack.bins().first();
+        let fits = matrix.rows() == rows * batches && matrix.components() == 3 && matrix.cols() <= stack.bins()[0];
         if !fits || batches < 2 {
             return Err(Error::new("the batches of the view matrix do not fit it").help("delete the output folder's matrices"));
         }
@@ -141,16 +143,10 @@ impl Slopes {
     }
 
     /// The variance of DGP in an hour, whose coefficients are `[term]`.
-    pub fn variance(
-        &self,
-        stack: &Stack<'_>,
-        (hour, coefficients): (usize, &[f32]),
-        is_given: bool,
-        batches: Option<&Batches>,
-        noise: Option<&dyn HourNoise>,
-    ) -> f64 {
+    pub fn variance(&self, stack: &Stack<'_>, (hour, coefficients): (usize, &[f32]), is_given: bool, request: &Year<'_>) -> f64 {
         let own = if is_given { 0.0 } else { self.by_illuminance };
-        let mut variance = 0.0;
+        let (batches, noise) = (request.batches, request.noise);
+        let mut variance = own * own * request.additions.map_or(0.0, |a| a.illuminance_variance(hour));
         if let Some(noise) = noise {
             let mut gradient: Vec<f64> = stack.rows.illuminance.iter().map(|r| own * r).collect();
             for &(block, weight) in &self.by_block {

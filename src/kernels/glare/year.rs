@@ -15,6 +15,8 @@ use rayon::prelude::*;
 const DEFAULT_PEAK_LIMIT: f64 = 50_000.0;
 /// Bytes of a glare pixel on its way, copies included.
 const GLARE_PIXEL_BYTES: u64 = 32;
+/// Bytes of a pixel with additional light, copies included.
+const ADDITION_BYTES: u64 = 32;
 /// Most hours in a pass: enough for efficient products.
 const MOST_HOURS: usize = 512;
 /// Hours of which whole pictures are in memory at a time, where the veil needs them.
@@ -66,17 +68,37 @@ pub struct HourGlare {
     pub sources: usize,
 }
 
+/// A view's pixels where the detector wants them, once for all years (states of the façade).
+pub struct ReadyView<'a, 's> {
+    detector: &'a dyn Detector,
+    stack: &'a Stack<'s>,
+    /// Nothing if the pixels do not fit the memory: they are loaded for every pass anew.
+    loaded: Option<Box<dyn Loaded + 'a>>,
+}
+
+impl<'a, 's> ReadyView<'a, 's> {
+    /// Loads the pixels.
+    ///
+    /// # Errors
+    /// Memory and other failures of a device.
+    pub fn new(detector: &'a dyn Detector, stack: &'a Stack<'s>) -> Result<Self> {
+        let loaded = stack.resident().map(|bands| detector.load(stack.bands_of(bands))).transpose()?;
+        Ok(Self { detector, stack, loaded })
+    }
+}
+
 /// Glare of all hours, the columns of the right factors, in their order.
 ///
 /// # Errors
 /// Shapes that do not fit, failures of sources and device, and [`cancelled`].
-pub fn year(detector: &dyn Detector, stack: &Stack<'_>, request: &Year, progress: &dyn Progress) -> Result<Vec<HourGlare>> {
+pub fn year(view: &ReadyView<'_, '_>, request: &Year, progress: &dyn Progress) -> Result<Vec<HourGlare>> {
+    let stack = view.stack;
     let hours = check(stack, request)?;
-    let per_hour = stack.candidates().max(1) as u64 * GLARE_PIXEL_BYTES;
+    let pixel_bytes = GLARE_PIXEL_BYTES + if request.additions.is_some() { ADDITION_BYTES } else { 0 };
+    let per_hour = stack.candidates().max(1) as u64 * pixel_bytes;
     let by_memory = usize::try_from(request.memory / per_hour).unwrap_or(usize::MAX).clamp(1, MOST_HOURS);
     let per_pass = if request.hours_per_pass > 0 { by_memory.min(request.hours_per_pass) } else { by_memory };
-    let loaded = stack.resident().map(|bands| detector.load(stack.bands_of(bands))).transpose()?;
-    let work = Work { detector, stack, request, loaded };
+    let work = Work { view, stack, request };
     let mut results = Vec::with_capacity(hours);
     for first in (0..hours).step_by(per_pass) {
         progress.update("glare", first as f64 / hours as f64);
@@ -109,10 +131,9 @@ fn check(stack: &Stack<'_>, request: &Year) -> Result<usize> {
 }
 
 struct Work<'a, 's> {
-    detector: &'a dyn Detector,
+    view: &'a ReadyView<'a, 's>,
     stack: &'a Stack<'s>,
     request: &'a Year<'a>,
-    loaded: Option<Box<dyn Loaded + 'a>>,
 }
 
 /// What an hour's picture amounts to without its glare pixels.
@@ -125,12 +146,12 @@ struct Sums {
 
 impl Work<'_, '_> {
     fn detect(&self, pass: &Pass) -> Result<Vec<GlarePixels>> {
-        if let Some(loaded) = &self.loaded {
+        if let Some(loaded) = &self.view.loaded {
             return loaded.detect(pass);
         }
         let mut parts = Vec::new();
         self.stack.for_each_group(&mut |bands| {
-            parts.extend(self.detector.load(self.stack.bands_of(bands))?.detect(pass)?);
+            parts.extend(self.view.detector.load(self.stack.bands_of(bands))?.detect(pass)?);
             Ok(())
         })?;
         Ok(parts)
@@ -139,7 +160,7 @@ impl Work<'_, '_> {
     fn pass(&self, first: usize, count: usize) -> Result<Vec<HourGlare>> {
         let (stack, terms) = (self.stack, self.stack.terms());
         let all = coefficients(stack, self.request.rights, first..first + count);
-        let additions = (first..first + count).map(|hour| self.added(hour)).collect::<Result<Vec<_>>>()?;
+        let additions = (first..first + count).into_par_iter().map(|hour| self.added(hour)).collect::<Result<Vec<_>>>()?;
         let sums: Vec<Sums> = all.par_chunks_exact(terms).zip(&additions).map(|(c, added)| self.sums(c, added)).collect::<Result<_>>()?;
         // With a veil peaks are looked for too, wherever the threshold is.
         let limit = if stack.options.veil.is_some() { self.peak_limit().next_down() } else { f64::INFINITY };
@@ -281,8 +302,7 @@ impl Work<'_, '_> {
         if (self.request.batches.is_some() || self.request.noise.is_some()) && ev > 0.0 {
             let model = &self.stack.analyser().settings().dgp;
             let slopes = Slopes::new(glare, ev, model, self.stack);
-            let (batches, noise) = (self.request.batches, self.request.noise);
-            let variance = slopes.variance(self.stack, (hour, coefficients), given.is_some(), batches, noise);
+            let variance = slopes.variance(self.stack, (hour, coefficients), given.is_some(), self.request);
             // Where there is hardly any light the slopes are as good as infinite; DGP spans no more than 1.
             standard_error = if variance <= 1.0 { variance.max(0.0).sqrt() } else { 1.0 };
         }

@@ -11,6 +11,7 @@ use super::Sun;
 use super::geometry::{Gate, Openings, SunOptions, SunTracer};
 use crate::camera::{PixelSamples, Raster};
 use crate::error::Result;
+use crate::glare::PixelGeometry;
 use crate::gpu::{Device, Kernel};
 use crate::gpu_struct;
 use crate::kernels::image_matrix::PixelRay;
@@ -18,7 +19,9 @@ use crate::kernels::light_paths::Receiver;
 use crate::kernels::trace::{TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
+use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -72,8 +75,18 @@ pub(super) fn registered() -> Vec<crate::gpu::Registered> {
     ]
 }
 
-/// What one sun puts into a picture: pixels in rising order, radiance per radiance of the disc.
+/// Pixels in rising order and their values.
 pub type SparsePicture = Vec<(u32, [f32; 3])>;
+
+/// What one sun puts into a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SunPicture {
+    /// Radiance per radiance of the disc.
+    pub pixels: SparsePicture,
+    /// Standard error of the illuminance that they make at the eye, lx per W/m²sr of the disc; 0 for
+    /// views without directions.
+    pub eye_error: f64,
+}
 
 /// The scene twice: as it looks, and black but for the shades, for what the sun does in it.
 pub struct Models<'a> {
@@ -100,19 +113,20 @@ pub fn compute(
     options: &SunOptions,
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
-) -> Result<Vec<SparsePicture>> {
+) -> Result<Vec<SunPicture>> {
     let mut pictures: Vec<BTreeMap<u32, [f32; 3]>> = vec![BTreeMap::new(); suns.len()];
     if suns.is_empty() {
         return Ok(Vec::new());
     }
     let openings = Openings::Shaded(models.shaded);
     let tracer = SunTracer::new(device, models.black, openings, &[], suns, options)?;
-    surfaces(device, models, raster, &tracer, options, progress, statistics, &mut pictures)?;
+    let errors = surfaces(device, models, raster, &tracer, options, progress, statistics, &mut pictures)?;
     discs(device, raster, &tracer, suns, statistics, &mut pictures)?;
-    Ok(pictures.into_iter().map(|p| p.into_iter().collect()).collect())
+    let whole = |(p, eye_error): (BTreeMap<_, _>, f64)| SunPicture { pixels: p.into_iter().collect(), eye_error };
+    Ok(pictures.into_iter().zip(errors).map(whole).collect())
 }
 
-/// Surfaces that suns light.
+/// Surfaces that suns light. Returns the standard error of each sun's illuminance at the eye.
 #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
 fn surfaces(
     device: &Device,
@@ -123,13 +137,17 @@ fn surfaces(
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
     pictures: &mut [BTreeMap<u32, [f32; 3]>],
-) -> Result<()> {
+) -> Result<Vec<f64>> {
     let windows: Vec<Window> = models.shaded.iter().map(|(w, _)| w.clone()).collect();
     let tables = TraceTables::new(models.lit, &windows, WindowSurfaces::Open)?;
     let scene = tables.upload(device)?;
     let kernel = Kernel::new(device, "trace/sun_pixels", &[], &[])?;
     let batches = options.batches as usize;
     let samples = PixelSamples::new(batches, 1.0, u64::from(options.seed))?;
+    // A view without directions (parallel) has no eye.
+    let cosines = PixelGeometry::new(raster).map_or_else(|_| vec![0.0; raster.len()], |g| g.projected_solid_angles);
+    // Illuminance at the eye, `[sun][batch]`.
+    let mut eye = vec![0.0f64; pictures.len() * batches];
     let inside: Vec<usize> = (0..raster.len()).filter(|&p| raster.is_seen(p % raster.width(), p / raster.width())).collect();
     for chunk in tracer.plan(inside.len())?.at_most(MOST_TILE).chunks() {
         progress.update("suns in the picture", chunk.first as f64 / inside.len() as f64);
@@ -160,22 +178,32 @@ fn surfaces(
         let sums = tracer.trace(&receivers, count, count as u32, statistics)?;
         let weights = device.read::<[f32; 4]>(&weights)?;
         let n = pictures.len();
-        for (sun, picture) in pictures.iter_mut().enumerate() {
+        pictures.par_iter_mut().zip(eye.par_chunks_mut(batches)).enumerate().for_each(|(sun, (picture, eye))| {
             for (i, &pixel) in tile.iter().enumerate() {
                 let mut value = [0.0f32; 3];
                 for batch in 0..batches {
                     let cell = &sums[((batch * count + i) * n + sun) * 6..][..6];
                     for c in 0..3 {
-                        value[c] += (cell[c] + cell[c + 3]) * weights[batch * count + i][c] / batches as f32;
+                        let shown = (cell[c] + cell[c + 3]) * weights[batch * count + i][c];
+                        value[c] += shown / batches as f32;
+                        eye[batch] += ILLUMINANCE_WEIGHTS[c] * f64::from(shown) * cosines[pixel];
                     }
                 }
                 if value.iter().any(|v| *v > 0.0) {
                     picture.insert(pixel as u32, value);
                 }
             }
-        }
+        });
     }
-    Ok(())
+    Ok(eye.chunks_exact(batches.max(1)).map(standard_error_of_mean).collect())
+}
+
+/// Standard error of the mean of independent values; 0 of less than two.
+fn standard_error_of_mean(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    if n < 2.0 { 0.0 } else { (squares / (n * (n - 1.0))).sqrt() }
 }
 
 fn pixel_ray(tables: &TraceTables, raster: &Raster, samples: &PixelSamples, pixel: usize, sample: usize) -> PixelRay {

@@ -254,14 +254,14 @@ fn a_picture_holds_the_disc_and_the_patch_that_the_sun_lights() {
         let omega = raster.solid_angles();
         let direction = |pixel: usize| raster.ray(pixel % raster.width(), pixel / raster.width()).unwrap().direction;
         let above = |p: &&(u32, [f32; 3])| direction(p.0 as usize).z > 0.0;
-        let disc: f64 = pictures[0].iter().filter(above).map(|(p, v)| f64::from(v[1]) * omega[*p as usize]).sum();
+        let disc: f64 = pictures[0].pixels.iter().filter(above).map(|(p, v)| f64::from(v[1]) * omega[*p as usize]).sum();
         assert!((disc / suns[0].solid_angle() - 1.0).abs() < 1e-3, "{size}: {disc:e} of {:e}", suns[0].solid_angle());
-        assert_eq!(pictures[1].iter().filter(above).count(), 0, "the high sun is hidden by the lintel");
+        assert_eq!(pictures[1].pixels.iter().filter(above).count(), 0, "the high sun is hidden by the lintel");
         for (sun, picture) in suns.iter().zip(&pictures) {
             let bright = 0.4 / std::f64::consts::PI * sun.solid_angle() * sun.direction.z;
             // Where the floor's point sees the sun's centre through the window, well inside.
             let mut inside = 0;
-            for (pixel, value) in picture.iter().filter(|p| !above(p)) {
+            for (pixel, value) in picture.pixels.iter().filter(|p| !above(p)) {
                 let d = direction(*pixel as usize);
                 let point = eye + d * ((eye.z - 0.01) / -d.z);
                 let at = point + sun.direction * (point.y / -sun.direction.y);

@@ -1,0 +1,316 @@
+//! Annual glare with the terms of five phases: hour by hour against float pictures made from the
+//! definition, against sensors in the eye's place, against Radiance's pictures, and over seeds.
+
+use lucarne::gpu::Device;
+use lucarne::image::{Picture, exr};
+use lucarne::kernels::sun_matrix::pixels::SparsePicture;
+use lucarne::matrix::Matrix;
+use lucarne::matrix::file::read_matrix;
+use lucarne::progress::Silent;
+use lucarne::simulate::sun_pictures::SunPictures;
+use lucarne::simulate::{Inputs, Project, run};
+use lucarne::sky::{SkyOptions, sky_matrix};
+use lucarne::weather::Weather;
+use lucarne::{Warnings, glare};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+#[path = "../src/testing.rs"]
+#[allow(dead_code, reason = "shared with other tests")]
+mod testing;
+
+/// A device, unless none is there; fails where there must be one (`LUCARNE_REQUIRE_GPU=1`).
+fn device(what: &str) -> Option<Device> {
+    match Device::shared() {
+        Ok(device) => Some(device),
+        Err(error) => {
+            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "LUCARNE_REQUIRE_GPU=1, but {error}");
+            eprintln!("SKIPPED {what}: {error}");
+            None
+        }
+    }
+}
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/blinds");
+
+/// Days, clear but for the mornings, so far in the north that the low sun is seen between the slats.
+fn weather(days: &[(u32, u32)]) -> String {
+    let header = "place Test\nlatitude 62\nlongitude 75\ntime_zone 75\nsite_elevation 0\nweather_data_file_units 1\n";
+    let hour = |(month, day): (u32, u32), h: u32| {
+        let (direct, diffuse) = match h {
+            8..11 => (200, 90),
+            11..18 => (300, 110),
+            _ => (0, 0),
+        };
+        format!("{month} {day} {h}.5 {direct} {diffuse}\n")
+    };
+    header.to_string() + &days.iter().flat_map(|&d| (0..24).map(move |h| hour(d, h))).collect::<String>()
+}
+
+/// Runs a project of the room with blinds.
+fn blinds(folder: &Path, days: &[(u32, u32)], method: &str, size: usize, quality: &str) -> PathBuf {
+    std::fs::write(folder.join("w.wea"), weather(days)).unwrap();
+    let text = format!(
+        "[weather]\nfile = \"w.wea\"\n[scene]\nfiles = [\"{SCENE}/room.rad\"]\n[[window]]\nname = \"south\"\nsurface = \"{SCENE}/window.rad\"\n\
+         bsdf = \"{SCENE}/blind.xml\"\nshade = \"{SCENE}/blinds.rad\"\n[[view]]\nname = \"seat\"\nfile = \"{SCENE}/views/seat.vf\"\n\
+         resolution = [{size}, {size}]\n{method}\n[quality]\n{quality}\n"
+    );
+    std::fs::write(folder.join("project.toml"), text).unwrap();
+    run_project(&folder.join("project.toml"), &folder.join("out"));
+    folder.join("out")
+}
+
+fn run_project(file: &Path, out: &Path) {
+    let project = Project::read(file).unwrap();
+    let mut warnings = Warnings::new();
+    let inputs = Inputs::read(&project, &mut warnings).unwrap();
+    let summary = run(&Device::shared().unwrap(), &project, &inputs, out, &Silent, &mut warnings).unwrap();
+    assert_eq!(summary.phases, 5);
+    // Nothing says any more that glare is three-phase.
+    assert!(summary.warnings.iter().all(|w| !w.contains("three-phase")), "{:?}", summary.warnings);
+}
+
+/// Columns of `glare/NAME.csv` by hour: DGP, its standard error, Ev, number of sources.
+fn year(out: &Path, name: &str) -> Vec<[f64; 4]> {
+    let text = std::fs::read_to_string(out.join("glare").join(format!("{name}.csv"))).unwrap();
+    let row = |line: &str| {
+        let cells: Vec<f64> = line.split(',').skip(1).take(4).map(|c| c.parse().unwrap()).collect();
+        cells.try_into().unwrap()
+    };
+    text.lines().skip(1).map(row).collect()
+}
+
+fn matrix(out: &Path, name: &str) -> Matrix<f32> {
+    read_matrix(&out.join("matrices").join(format!("{name}.mtx"))).unwrap().matrix
+}
+
+/// The picture of an hour by its definition, I = V·T·D·S − Vd·T·Dd·Sds + C·Ssun, in f64.
+struct Definition {
+    views: [Matrix<f32>; 2],
+    transmission: Matrix<f32>,
+    daylight: [Matrix<f32>; 2],
+    skies: [Matrix<f32>; 2],
+    suns: SunPictures,
+}
+
+impl Definition {
+    fn read(out: &Path, weather: &Path) -> Self {
+        let weather = Weather::read(weather, &mut Warnings::new()).unwrap();
+        let options = |sky: bool| SkyOptions { sky, ..SkyOptions::default() };
+        Self {
+            views: ["V_seat", "V_seat_direct"].map(|n| matrix(out, n)),
+            transmission: matrix(out, "T_south"),
+            daylight: ["D_south", "D_south_direct"].map(|n| matrix(out, n)),
+            skies: [true, false].map(|sky| sky_matrix(&weather, &options(sky), &Silent).unwrap()),
+            suns: SunPictures::open(&out.join("matrices/C_seat.suns")).unwrap().pictures,
+        }
+    }
+
+    fn picture(&self, hour: usize) -> Vec<[f32; 3]> {
+        let pixels = self.views[0].rows();
+        let mut picture = vec![[0.0f64; 3]; pixels];
+        for (term, sign) in [1.0, -1.0].into_iter().enumerate() {
+            let times = |m: &Matrix<f32>, v: &[[f64; 3]]| -> Vec<[f64; 3]> {
+                let sum = |row: usize, c: usize| m.row(row).as_chunks::<3>().0.iter().zip(v).map(|(m, v)| f64::from(m[c]) * v[c]).sum();
+                (0..m.rows()).map(|row| [0, 1, 2].map(|c| sum(row, c))).collect()
+            };
+            let sky: Vec<[f64; 3]> =
+                (0..self.skies[term].rows()).map(|p| [0, 1, 2].map(|c| f64::from(self.skies[term].at(p, hour)[c]))).collect();
+            let light = times(&self.transmission, &times(&self.daylight[term], &sky));
+            for (sum, v) in picture.iter_mut().zip(times(&self.views[term], &light)) {
+                (0..3).for_each(|c| sum[c] += sign * v[c]);
+            }
+        }
+        let suns: SparsePicture = self.suns.sun_picture(hour).unwrap();
+        for (pixel, value) in suns {
+            (0..3).for_each(|c| picture[pixel as usize][c] += f64::from(value[c]));
+        }
+        picture.into_iter().map(|v| v.map(|v| v.max(0.0) as f32)).collect()
+    }
+}
+
+#[test]
+fn the_fused_year_of_five_phases_is_that_of_float_pictures() {
+    if device("fused glare of five phases").is_none() {
+        return;
+    }
+    const SIZE: usize = 40;
+    let days = [(1, 15), (3, 20), (6, 21)];
+    for suns in ["\"hourly\"", "4"] {
+        let folder = tempfile::tempdir().unwrap();
+        let method = format!("[glare]\n[images]\nhours = [12]\n[method]\nphases = 5\nsuns = {suns}");
+        let out = blinds(folder.path(), &days, &method, SIZE, "preset = \"draft\"");
+        let found = year(&out, "seat");
+        let definition = Definition::read(&out, &folder.path().join("w.wea"));
+        let view = "-vta -vp 1.5 2.2 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180";
+        let lit: Vec<usize> = (0..found.len()).filter(|&h| found[h][2] > 0.0).collect();
+        let mut files = Vec::new();
+        let mut brightest = 0.0f32;
+        for &hour in &lit {
+            let mut picture = Picture::new(SIZE, SIZE, definition.picture(hour)).unwrap();
+            brightest = picture.luminance().into_iter().fold(brightest, f32::max);
+            picture.view = Some(view.into());
+            let path = out.join(format!("hour_{hour:04}.exr"));
+            let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
+            exr::write(&path, &picture, options, &mut Warnings::new()).unwrap();
+            files.push(path);
+        }
+        let output = Command::new(env!("CARGO_BIN_EXE_lucarne")).arg("glare").args(&files).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let table = String::from_utf8(output.stdout).unwrap();
+        let (mut worst, mut with_sources) = (0.0f64, 0);
+        for (&hour, line) in lit.iter().zip(table.lines().skip(1)) {
+            let cells: Vec<&str> = line.split(',').collect();
+            let number = |i: usize| cells[i].parse::<f64>().unwrap();
+            let [dgp, _, ev, sources] = found[hour];
+            worst = worst.max((number(1) - dgp).abs());
+            assert!((number(1) - dgp).abs() < 1e-4, "suns {suns}, hour {hour}: {} {dgp}", number(1));
+            assert!((number(7) / ev - 1.0).abs() < 1e-4, "suns {suns}, hour {hour}: {} lx {ev}", number(7));
+            assert_eq!(cells[10].parse::<f64>().unwrap(), sources, "suns {suns}, hour {hour}");
+            with_sources += usize::from(sources > 0.0);
+        }
+        println!(
+            "suns {suns}: {} hours, {with_sources} with sources, DGP within {worst:.1e}, brightest pixel {brightest:.0} cd/m²",
+            lit.len()
+        );
+        // The sun itself is in some of them.
+        assert!(lit.len() > 20 && with_sources > 10 && brightest > 1e5);
+        // The picture that was asked for shows the same light; and run again, the same bits.
+        let pixels = |p: &Path| lucarne::image::hdr::read(p).unwrap().luminance().iter().map(|&l| f64::from(l)).sum::<f64>();
+        let of_definition: f64 = definition.picture(12).iter().map(|&p| f64::from(lucarne::image::luminance(p))).sum();
+        assert!((pixels(&out.join("images/seat/img_0012.hdr")) / of_definition - 1.0).abs() < 0.01);
+        run_project(&folder.path().join("project.toml"), &out);
+        assert_eq!(year(&out, "seat"), found);
+    }
+}
+
+/// Ev of pictures with visible suns, and of sensors in the eye's place, and of the eyes that the ways
+/// without whole pictures use.
+#[test]
+fn eyes_of_all_ways_get_the_light_of_a_sensor_in_their_place() {
+    if device("glare of five phases at the eye").is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("eye.txt"), "1.5 2.2 1.2 0 -1 0\n").unwrap();
+    let days = [(1, 15), (3, 20)];
+    let ways = ["image", "edgps", "dgps", "imageless"].map(|way| {
+        let method = format!(
+            "[[sensors]]\nname = \"eye\"\npoints = \"eye.txt\"\n[glare]\nmethod = \"{way}\"\n[method]\nphases = 5\nsuns = \"hourly\""
+        );
+        let out = blinds(folder.path(), &days, &method, 96, "preset = \"standard\"");
+        let lux = read_matrix(&out.join("illuminance/eye.mtx")).unwrap().matrix.into_data();
+        let sun = read_matrix(&out.join("illuminance/terms/eye_sun.mtx")).unwrap().matrix.into_data();
+        (year(&out, "seat"), lux, sun)
+    });
+    let (mut sunny, mut discs, mut off, mut sums) = (0, 0, 0, [0.0; 2]);
+    for hour in 0..48 {
+        let (lux, sun) = (f64::from(ways[0].1[hour]), f64::from(ways[0].2[hour]));
+        if lux < 1.0 {
+            continue;
+        }
+        let [image, eyes @ ..] = [0, 1, 2, 3].map(|way: usize| ways[way].0[hour][2]);
+        // DGPs is linear in Ev: its standard error is that of the eye's matrices.
+        let slope = glare::index::dgps(1.0) - glare::index::dgps(0.0);
+        // The picture's own is DGP's, whose slope is nearly the same.
+        let error = (ways[2].0[hour][1] / slope).hypot(ways[0].0[hour][1] / slope);
+        println!("hour {hour}: sensor {lux:.0} lx, of which {sun:.0} lx from the traced sun; picture {image:.0} lx; noise {error:.0} lx");
+        // The picture has the floor's patches of sun from the slats, the sensor from their BSDF.
+        let tolerance = if sun > 1000.0 { 0.02 * lux + 2.0 * error } else { 0.03 * lux };
+        off += usize::from((image - lux).abs() > tolerance);
+        sums[0] += image;
+        sums[1] += lux;
+        // The sensor is the same eye.
+        assert!(eyes.iter().all(|e| (e / lux - 1.0).abs() < 1e-3), "hour {hour}: {eyes:?} {lux}");
+        assert!(eyes.iter().all(|e| (e / eyes[0] - 1.0).abs() < 1e-6));
+        let [dgp, _, _, sources] = ways[3].0[hour];
+        assert!(dgp >= glare::DgpModel::EVALGLARE.dgp(0.0, 0.0) && dgp <= 1.0);
+        discs += usize::from(sources > 0.0);
+        sunny += usize::from(sun > 100.0);
+    }
+    println!("all hours: picture {:.4} of the sensor", sums[0] / sums[1]);
+    assert!(off == 0 && (sums[0] / sums[1] - 1.0).abs() < 0.02, "{off} hours differ");
+    assert!(sunny >= 4 && discs >= 4, "{sunny} hours with sun at the eye, {discs} with sources without pictures");
+}
+
+/// Pictures of the tutorial's room through its real slats, of hours in which its eye sees no sun.
+#[test]
+fn five_phase_pictures_have_radiances_dgp() {
+    let Some(data) = testing::shared().map(|s| s.join("data")) else { return };
+    if device("five-phase glare of the tutorial's room").is_none() {
+        return;
+    }
+    let (room, reference) = (data.join("tutorial_room"), data.join("reference"));
+    let hours: Vec<usize> = lines(&reference.join("images/hours.txt")).iter().map(|l| l.parse().unwrap()).collect();
+    let folder = tempfile::tempdir().unwrap();
+    // Only these hours, each with its neighbours: the sun of an hour is where it is.
+    let weather = lines(&room.join("weather/NYC.wea"));
+    let (header, records) = weather.split_at(6);
+    let chosen = hours.iter().map(|&h| records[h].clone());
+    std::fs::write(folder.path().join("w.wea"), header.iter().cloned().chain(chosen).collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    let text = format!(
+        "[weather]\nfile = \"w.wea\"\n[scene]\nfiles = [\"{room}/materials.rad\", \"{room}/room.rad\"]\n[[window]]\nname = \"w\"\n\
+         surface = \"{room}/objects/GlazingVmtx.rad\"\nbsdf = \"{room}/bsdf/blinds_correct_klems.xml\"\n\
+         shade = \"{reference}/fivephase/blindsGeometry.rad\"\n[[view]]\nname = \"fish\"\nfile = \"{room}/views/fish.vf\"\n\
+         resolution = [128, 128]\n[glare]\n[method]\nphases = 5\nsuns = 6\nbounces = 4\n[quality]\npreset = \"standard\"\n",
+        room = room.display(),
+        reference = reference.display()
+    );
+    std::fs::write(folder.path().join("project.toml"), text).unwrap();
+    run_project(&folder.path().join("project.toml"), &folder.path().join("out"));
+    let found = year(&folder.path().join("out"), "fish");
+    let table = lines(&reference.join("images/dgp.csv"));
+    let mut compared = 0;
+    for (i, hour) in hours.iter().enumerate() {
+        let row = table.iter().find(|l| l.starts_with(&format!("fish5_geo_{i:02}.hdr,"))).expect("a row per hour");
+        let cells: Vec<f64> = row.split(',').skip(1).map(|c| c.parse().unwrap()).collect();
+        let [dgp, error, ev, sources] = found[i];
+        println!(
+            "hour {hour}: DGP {dgp:.4} ± {error:.4} and Radiance's {:.4}, Ev {ev:.0} and {:.0} lx, {sources} and {} sources",
+            cells[0], cells[7], cells[6]
+        );
+        // Radiance's pictures of these hours show suns, with one ray to a pixel.
+        let visible = cells[0] >= 1.0;
+        if !visible {
+            assert!((dgp - cells[0]).abs() < 0.01, "hour {hour}: {dgp} {}", cells[0]);
+            compared += 1;
+        }
+    }
+    assert!(compared >= 5, "{compared} hours");
+}
+
+fn lines(path: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    text.lines().map(str::to_string).filter(|l| !l.trim().is_empty()).collect()
+}
+
+#[test]
+fn standard_errors_of_five_phases_are_the_spread_over_seeds() {
+    if device("standard errors of five-phase glare").is_none() {
+        return;
+    }
+    const SEEDS: usize = 6;
+    // No pixel is a source: what the suns make uncertain in their luminance is not known.
+    let method = "[glare]\nthreshold = 1e9\n[method]\nphases = 5\nsuns = 4";
+    let years: Vec<Vec<[f64; 4]>> = (0..SEEDS)
+        .map(|seed| {
+            let folder = tempfile::tempdir().unwrap();
+            let quality = format!("preset = \"draft\"\nseed = {}", 21 + seed);
+            year(&blinds(folder.path(), &[(3, 20), (6, 21)], method, 24, &quality), "seat")
+        })
+        .collect();
+    let (mut predicted, mut spread, mut hours) = (0.0, 0.0, 0);
+    for hour in 0..48 {
+        let rows: Vec<[f64; 4]> = years.iter().map(|y| y[hour]).collect();
+        if rows[0][2] == 0.0 {
+            continue;
+        }
+        let mean = rows.iter().map(|r| r[0]).sum::<f64>() / SEEDS as f64;
+        spread += rows.iter().map(|r| (r[0] - mean).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
+        predicted += rows.iter().map(|r| r[1].powi(2)).sum::<f64>() / SEEDS as f64;
+        hours += 1;
+    }
+    let rms = |sum: f64| (sum / f64::from(hours)).sqrt();
+    println!("{hours} hours: predicted {:.2e}, seen {:.2e}", rms(predicted), rms(spread));
+    assert!(hours > 8 && (0.5..2.0).contains(&(predicted / spread).sqrt()));
+}
