@@ -203,7 +203,8 @@ fn the_library_never_prints_and_nothing_is_executed() {
         }
         for word in ["process::Command", "Command::new"] {
             // `lucarne view` starts the viewer that lies beside it: no input file has a say in that.
-            if source.text.contains(word) && !source.path.ends_with("cli/viewer.rs") {
+            // `lucarne tradeoff` measures Radiance beside itself, by fixed names on PATH and arguments made there.
+            if source.text.contains(word) && !source.path.ends_with("cli/viewer.rs") && !source.path.ends_with("cli/tradeoff/radiance.rs") {
                 faults.push(format!("{}: runs a program ({word})", source.path.display()));
             }
         }

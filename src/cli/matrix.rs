@@ -207,6 +207,7 @@ fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
         batches: common.batches.unwrap_or(DaylightOptions::default().batches),
         seed: common.seed,
         roulette_weight: common.roulette_weight,
+        ..DaylightOptions::default()
     };
     let device = Device::open(common.device.as_deref())?;
     let traced = daylight_matrix::compute(&device, &scene, window, sky, &options, &Terminal::new())?;

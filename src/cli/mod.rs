@@ -13,6 +13,7 @@ mod plan;
 mod progress;
 mod run;
 mod sky;
+mod tradeoff;
 mod view;
 mod viewer;
 
@@ -48,6 +49,8 @@ enum Verb {
     Plan(plan::Args),
     /// A whole project: a year of illuminance from a project.toml.
     Run(run::Args),
+    /// Error against time: which settings of a project are worth their time.
+    Tradeoff(tradeoff::Args),
     /// Look at results, BSDFs and pictures in a window.
     View(viewer::Args),
 }
@@ -64,6 +67,7 @@ pub fn main() -> ExitCode {
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
         Verb::Plan(args) => plan::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
+        Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),
         Verb::View(args) => viewer::run(args),

@@ -3,7 +3,7 @@
 use super::progress::Terminal;
 use lucarne::gpu::Device;
 use lucarne::simulate::rooms::{Room, run_rooms};
-use lucarne::simulate::{Inputs, Project, Summary, run as simulate};
+use lucarne::simulate::{Inputs, Project, Summary, run as simulate, without_pruning};
 use lucarne::{Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -24,20 +24,30 @@ pub struct Args {
     /// Device: a number of `lucarne devices`, or part of a name (default: LUCARNE_DEVICE, else the best)
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
+
+    /// Model also what `lucarne plan` would leave out: a check that it changes nothing
+    #[arg(long)]
+    no_prune: bool,
 }
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     // All files first: a slip in one of them should not wait for a device.
     let (device, terminal) = (|| Device::open(args.device.as_deref()), Terminal::new());
     if let [file] = &args.projects[..] {
-        let project = Project::read(file)?;
-        let inputs = Inputs::read(&project, warnings)?;
+        let mut project = Project::read(file)?;
+        let mut inputs = Inputs::read(&project, warnings)?;
+        if args.no_prune {
+            without_pruning(&mut project, &mut inputs);
+        }
         let summary = simulate(&device()?, &project, &inputs, &args.output, &terminal, warnings)?;
         terminal.finish();
         report(&args.output, &summary);
         return Ok(ExitCode::SUCCESS);
     }
-    let rooms = Room::read_all(&args.projects, warnings)?;
+    let mut rooms = Room::read_all(&args.projects, warnings)?;
+    if args.no_prune {
+        rooms.iter_mut().for_each(|room| without_pruning(&mut room.project, &mut room.inputs));
+    }
     let summaries = run_rooms(&device()?, &rooms, &args.output, &terminal, warnings)?;
     terminal.finish();
     for (room, summary) in rooms.iter().zip(&summaries) {
@@ -68,8 +78,14 @@ fn report(output: &Path, summary: &Summary) {
         println!("{}: {} views{states}, {} hours with light, method {}", place.display(), glare.views, glare.hours, glare.method);
     }
     if let Some(e) = summary.estimated_error {
+        let met = match (e.target, e.target_met) {
+            (Some(target), Some(true)) => format!(" (target {:.1} %: met)", 100.0 * target),
+            (Some(target), _) => format!(" (target {:.1} %: NOT met)", 100.0 * target),
+            _ => String::new(),
+        };
         println!(
-            "standard error: {:.2} % of a sensor's year, {:.2} % of a single hour (medians)",
+            "standard error: {:.2} % of a year at the worst sensor{met}, {:.2} % at the median one; {:.2} % of a single hour (median)",
+            100.0 * e.annual_largest,
             100.0 * e.annual_median,
             100.0 * e.hourly_median
         );

@@ -10,6 +10,7 @@ pub mod hdr;
 pub mod hemisphere;
 pub mod legend;
 pub mod palette;
+pub mod scatter;
 pub mod series;
 
 use crate::error::{Error, Result};

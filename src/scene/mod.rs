@@ -140,6 +140,9 @@ pub struct Scene {
     pub surfaces: Vec<SurfaceOrigin>,
     /// Distant sources.
     pub sources: Vec<DistantSource>,
+    /// Shaders are made for every feature a scene could have, not for those it has: a check that what
+    /// is left out changes nothing.
+    pub unpruned: bool,
 }
 
 /// A window: the receiver of view rays and sender of daylight rays. All its polygons share one

@@ -89,7 +89,8 @@ impl<'a> Phase<'a> {
         warnings: &mut Warnings,
     ) -> Result<(FivePhase<'a>, Option<TraceStatistics>)> {
         let (project, inputs) = (self.project, self.inputs);
-        let windows: Vec<Window> = sunny_windows(inputs).cloned().collect();
+        // Without windows no sun is taken for unreachable.
+        let windows: Vec<Window> = if project.quality.prune { sunny_windows(inputs).cloned().collect() } else { Vec::new() };
         let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
         shade::warn_of_mirrors(shades(inputs), warnings);
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;

@@ -281,7 +281,7 @@ impl GlareJob<'_> {
         let shape = (sensors.len(), self.inputs.bins(), 3);
         let load = |suffix: &str| self.store.load(&format!("glare_eyes{suffix}"), inputs, shape);
         if let (Some(total), Some(direct), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
-            return Ok(TracedMatrix { total, direct, standard_error, statistics: TraceStatistics::default() });
+            return Ok(TracedMatrix { total, direct, standard_error, batches: Vec::new(), statistics: TraceStatistics::default() });
         }
         let windows = self.windows();
         let traced = average(rounds, self.progress, |round, progress| {

@@ -152,7 +152,7 @@ fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<PaneBsdf> {
 }
 
 /// A grey matrix as RGB.
-fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
+pub(super) fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
     if matrix.components() == 3 {
         return matrix;
     }

@@ -1,5 +1,7 @@
 //! From a project to its results: what the command line and the viewer both call.
 
+mod annual;
+mod estimate;
 mod fingerprint;
 mod five_phase;
 mod glare;
@@ -14,16 +16,20 @@ pub mod pictures;
 pub mod plan;
 mod presets;
 pub mod project;
+mod quality;
 mod results;
 pub mod rooms;
 mod rounds;
 mod run;
+mod sampling;
 pub mod shade;
 mod store;
 mod summary;
 pub mod sun_pictures;
 pub mod suns;
 mod table;
+pub mod tradeoff;
+mod uncertainty;
 mod view_grid;
 pub mod views;
 
@@ -31,6 +37,6 @@ pub use fingerprint::Fingerprint;
 pub use glare::GlareSummary;
 pub use inputs::Inputs;
 pub use project::Project;
-pub use results::EstimatedError;
-pub use run::run;
+pub use run::{run, without_pruning};
 pub use summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
+pub use uncertainty::EstimatedError;

@@ -8,6 +8,7 @@ use super::project::Project;
 use super::suns::{SunCensus, SunSet};
 use super::views::ImageHours;
 use crate::error::Result;
+use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::trace::{TraceTables, WindowSurfaces};
 use crate::scene::Window;
 use crate::sky::{SkyOptions, sky_columns};
@@ -46,6 +47,10 @@ pub struct Omission {
     pub what: String,
     /// Why it may be left out.
     pub because: String,
+    /// What that saves, roughly.
+    pub saves: String,
+    /// How far results may differ by it: "nothing" where it is exact.
+    pub changes: String,
 }
 
 /// The plan of a run.
@@ -55,7 +60,7 @@ pub struct RunPlan {
     pub phases: u32,
     /// Why.
     pub phases_because: String,
-    /// Preset of the quality.
+    /// What `[quality]` asks for.
     pub preset: String,
     /// Reinhart subdivision of the sky.
     pub sky_subdivision: usize,
@@ -71,6 +76,8 @@ pub struct RunPlan {
     pub costs: Vec<PhasePlan>,
     /// What is left out.
     pub omissions: Vec<Omission>,
+    /// What is modelled though this project alone would not need it, and why.
+    pub kept: Vec<String>,
 }
 
 /// Makes the plan of a project.
@@ -92,7 +99,7 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
     let mut plan = RunPlan {
         phases: choice.phases,
         phases_because: choice.why.to_string(),
-        preset: project.quality.preset.name().to_string(),
+        preset: project.quality.name(),
         sky_subdivision: project.method.sky.subdivision(),
         hours: inputs.weather.records.len(),
         lit_hours,
@@ -100,14 +107,15 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
         costs: costs(project, inputs, suns.as_ref(), lit_hours)?,
         suns,
         omissions: Vec::new(),
+        kept: kept(inputs),
     };
-    plan.omissions = omissions(&plan, inputs, &windows)?;
+    plan.omissions = omissions(&plan, project, inputs, &windows)?;
     Ok(plan)
 }
 
 fn model(inputs: &Inputs) -> Vec<String> {
     let scene = &inputs.scene;
-    let mut lines = vec![format!("scene: {} triangles, {} materials", scene.triangles.len(), scene.materials.len())];
+    let mut lines = vec![format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len())];
     for window in &inputs.windows {
         let shade = match (&window.shade, &window.pane) {
             (Some(shade), _) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
@@ -126,6 +134,13 @@ fn phase(name: String, rows: (usize, &'static str), columns: (usize, &'static st
     PhasePlan { name, rows, columns, bytes: rows.0 * columns.0 * RGB, rays, slow_seconds: rays / SLOW_RAYS_PER_SECOND }
 }
 
+/// Rays of D of a window, if it is traced.
+fn daylight_rays(project: &Project, inputs: &Inputs, window: usize) -> f64 {
+    let o = daylight_options(project, window, 0);
+    let bins = inputs.windows[window].window.basis.len();
+    f64::from(rounds(project)) * f64::from(o.batches) * f64::from(o.paths) * bins as f64 * 1.5
+}
+
 fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunCensus>, lit_hours: usize) -> Result<Vec<PhasePlan>> {
     let rounds = f64::from(rounds(project));
     let bins = inputs.bins();
@@ -141,9 +156,9 @@ fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunCensus>, lit_hours
         all.push(phase("V of sensors".into(), (count, "sensors"), (bins, "bins"), rays));
     }
     for (i, window) in inputs.windows.iter().enumerate() {
-        let o = daylight_options(project, i, 0);
         let own = window.window.basis.len();
-        let rays = rounds * f64::from(o.batches) * f64::from(o.paths) * own as f64 * 1.5;
+        let known = project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window);
+        let rays = if known { 0.0 } else { daylight_rays(project, inputs, i) };
         all.push(phase(format!("D of {}", window.name), (own, "bins"), (project.method.sky.len(), "patches"), rays));
     }
     if let Some(suns) = suns
@@ -176,50 +191,109 @@ fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunCensus>, lit_hours
     Ok(all)
 }
 
-fn omissions(plan: &RunPlan, inputs: &Inputs, windows: &[Window]) -> Result<Vec<Omission>> {
+fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Window]) -> Result<Vec<Omission>> {
     let mut all = Vec::new();
-    let mut leave = |what: String, because: &str| all.push(Omission { what, because: because.to_string() });
+    let mut leave = |what: String, because: &str, saves: String, changes: &str| {
+        all.push(Omission { what, because: because.to_string(), saves, changes: changes.to_string() });
+    };
+    const EXACT: &str = "nothing";
+    let share = |part: usize, of: usize| format!("{:.0} %", 100.0 * part as f64 / of.max(1) as f64);
     if let Some(suns) = &plan.suns {
+        let per_sun = plan.costs.iter().find(|p| p.name.starts_with("Cds")).map_or(0.0, |p| p.rays / suns.needed.max(1) as f64);
         if suns.never > 0 {
-            leave(format!("{} of {} suns", suns.never, suns.all), "no hour of the weather has its sun there");
+            leave(
+                format!("{} of {} suns", suns.never, suns.all),
+                "no hour of the weather has its sun there",
+                format!("{} rays", rays(suns.never as f64 * per_sun)),
+                EXACT,
+            );
         }
         if suns.behind_windows > 0 {
             leave(
                 format!("{} suns, in {} hours", suns.behind_windows, suns.hours_behind_windows),
                 "they stand behind every shaded window: no light of theirs comes in straight",
+                format!("{} rays", rays(suns.behind_windows as f64 * per_sun)),
+                "the suns' noise alone (they get other random numbers)",
             );
         }
         if suns.hours_without > 0 {
-            leave(format!("suns of {} hours", suns.hours_without), "night, or clouds before the sun");
+            leave(format!("suns of {} hours", suns.hours_without), "night, or clouds before the sun", "their products".into(), EXACT);
         }
         if suns.hours_below_horizon > 0 && suns.scheme.starts_with("hourly") {
             leave(
                 format!("suns of {} hours", suns.hours_below_horizon),
                 "the sun is below the horizon although the weather has direct light",
+                "their products".into(),
+                "less than the light of a sun that has set",
             );
         }
+        if inputs.windows.iter().all(|w| w.pane.is_none()) {
+            leave("scattering data in rays to suns".into(), "no window has a tensor tree", "its kernels".into(), EXACT);
+        }
     } else {
-        leave("all suns".into(), "no sharp patches of sun are asked for: the sky's patches hold the sun");
+        leave(
+            "all suns".into(),
+            "no sharp patches of sun are asked for: the sky's patches hold the sun",
+            "Cds, Vd and Dd".into(),
+            "the method is three-phase by choice: sun is spread over patches",
+        );
     }
     let night = plan.hours - plan.lit_hours;
     if night > 0 {
-        leave(format!("sky and pictures of {night} hours"), "night: they are zero");
+        let what = format!("sky and pictures of {night} hours");
+        leave(what, "night: they are zero", format!("{} of the products", share(night, plan.hours)), EXACT);
+    }
+    for (i, window) in inputs.windows.iter().enumerate().filter(|(_, w)| unobstructed::nothing_before(&inputs.scene, &w.window)) {
+        leave(
+            format!("rays of D of {}", window.name),
+            "nothing stands before it: a quadrature gives the sky's shares of its bins",
+            format!("{} rays, and D's noise", rays(daylight_rays(project, inputs, i))),
+            "entries by 2e-4 of their row's sum at most",
+        );
+    }
+    for view in &project.views {
+        let raster = view.raster()?;
+        let outside = (0..raster.len()).filter(|p| !raster.is_seen(p % raster.width(), p / raster.width())).count();
+        if outside > 0 {
+            let what = format!("{outside} of {} pixels of {}", raster.len(), view.name);
+            leave(what, "they are outside the view", format!("{} of its rays", share(outside, raster.len())), EXACT);
+        }
     }
     let features = TraceTables::new(&inputs.scene, windows, WindowSurfaces::Absorb)?.features;
     if features.grey {
-        leave("two of three channels of D".into(), "the scene is grey: they are equal");
+        leave("two of three channels of D".into(), "the scene is grey: they are equal", "two thirds of D's sums".into(), EXACT);
     }
     if !features.glass {
-        leave("panes, in the rays of V".into(), "the scene has no glass: the first surface met ends a ray");
+        let because = "the scene has no glass: the first surface met ends a ray";
+        leave("panes, in the rays of V".into(), because, "the shaders' loops through panes".into(), EXACT);
     }
     if !features.specular && !features.glass {
-        leave("paths to mirrors".into(), "nothing reflects or transmits other than diffusely");
+        leave("paths to mirrors".into(), "nothing reflects or transmits other than diffusely", "paths that find none".into(), EXACT);
     }
     let panes = shades(inputs).any(|s| s.scene.materials.iter().any(|m| matches!(m.kind, crate::scene::MaterialKind::Glass { .. })));
     if plan.phases == 5 && !panes && !features.glass {
-        leave("panes, in the rays to suns".into(), "neither scene nor shades have glass");
+        let because = "neither scene nor shades have glass";
+        leave("panes, in the rays to suns".into(), because, "the shaders' loops through panes".into(), EXACT);
     }
     Ok(all)
+}
+
+/// Bins that T leaves dark are traced all the same.
+fn kept(inputs: &Inputs) -> Vec<String> {
+    let mut lines = Vec::new();
+    for window in &inputs.windows {
+        let t = &window.transmission;
+        let transmits = |bin: &usize| (0..t.rows()).any(|out| t.at(out, *bin).iter().any(|v| *v != 0.0));
+        let dark = t.cols() - (0..t.cols()).filter(transmits).count();
+        if dark > 0 {
+            lines.push(format!(
+                "{dark} of {} incident bins of {}, though its BSDF lets none of their light through: D serves other BSDFs too",
+                t.cols(),
+                window.name
+            ));
+        }
+    }
+    lines
 }
 
 fn bytes(n: usize) -> String {
@@ -262,6 +336,13 @@ impl fmt::Display for RunPlan {
         writeln!(f, "\nWhat is left out")?;
         for omission in &self.omissions {
             writeln!(f, "  {}: {}", omission.what, omission.because)?;
+            writeln!(f, "      saves {}; changes {}", omission.saves, omission.changes)?;
+        }
+        if !self.kept.is_empty() {
+            writeln!(f, "\nWhat is modelled all the same")?;
+            for line in &self.kept {
+                writeln!(f, "  {line}")?;
+            }
         }
         writeln!(f, "\n{:<22} {:>24} {:>9} {:>15} {:>12}", "Phase", "size", "memory", "rays, about", "slow device")?;
         for p in &self.costs {

@@ -1,27 +1,29 @@
 //! What the presets of `[quality]` mean in samples.
 
-use super::project::{Preset, Project};
+use super::project::{Preset, Project, QualitySection};
+use super::sampling::Stop;
 use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::sun_matrix::geometry::SunOptions;
 use crate::kernels::sun_matrix::pane::PaneOptions;
 use crate::kernels::view_matrix::ViewOptions;
 
-/// How often a matrix is traced anew, with other random numbers, and averaged. Errors fall with
-/// the square root, memory stays what it was.
+/// How often a matrix that is not sampled adaptively is traced anew, with other random numbers, and
+/// averaged. Errors fall with the square root, memory stays what it was.
 pub fn rounds(project: &Project) -> u32 {
-    match project.quality.preset {
-        Preset::Draft | Preset::Standard => 1,
-        Preset::Final => 16,
+    match project.quality.stop() {
+        Stop::Rounds(rounds) => rounds,
+        Stop::Adaptive { .. } => 1,
     }
 }
 
 /// Samples of one round: the kernels' defaults, a quarter of them for a draft.
-fn samples(standard: u32, preset: Preset) -> u32 {
-    match preset {
-        Preset::Draft => (standard / 4).max(1),
+fn samples(standard: u32, quality: &QualitySection) -> u32 {
+    let samples = match quality.preset {
+        Preset::Draft => standard / 4,
         Preset::Standard | Preset::Final => standard,
-    }
+    };
+    ((f64::from(samples) * quality.scale.min(1.0)) as u32).max(1)
 }
 
 /// A seed for each use: every window and every round has random numbers of its own, so that their
@@ -34,12 +36,12 @@ fn seed(project: &Project, window: usize, round: u32) -> u32 {
 /// Sampling of V.
 pub fn view_options(project: &Project, round: u32) -> ViewOptions {
     let standard = ViewOptions::default();
-    let preset = project.quality.preset;
+    let quality = &project.quality;
     ViewOptions {
         bounces: project.method.bounces,
-        light_paths: samples(standard.light_paths, preset),
-        direct_samples: samples(standard.direct_samples, preset),
-        near_samples: samples(standard.near_samples, preset),
+        light_paths: samples(standard.light_paths, quality),
+        direct_samples: samples(standard.direct_samples, quality),
+        near_samples: samples(standard.near_samples, quality),
         seed: seed(project, 0, round),
         ..standard
     }
@@ -50,7 +52,7 @@ pub fn daylight_options(project: &Project, window: usize, round: u32) -> Dayligh
     let standard = DaylightOptions::default();
     DaylightOptions {
         bounces: project.method.bounces,
-        paths: samples(standard.paths, project.quality.preset),
+        paths: samples(standard.paths, &project.quality),
         seed: seed(project, window, round),
         ..standard
     }
@@ -64,8 +66,23 @@ pub fn image_options(project: &Project) -> ImageOptions {
         Preset::Standard => (standard.light_paths, standard.batches),
         Preset::Final => (standard.light_paths * 4, standard.batches * 2),
     };
+    // Above 1 as for the final quality.
+    let scale = project.quality.scale;
+    let light_paths = ((f64::from(light_paths) * scale.min(4.0)) as u32).max(1);
+    let batches = if scale > 1.0 { batches * 2 } else { batches };
+    let few = |n: u32| ((f64::from(n) * scale.min(1.0)).ceil() as u32).max(1);
+    let (window_samples, near_samples) = (few(standard.window_samples), few(standard.near_samples));
     let straight = project.method.choice(&project.windows).phases == 5;
-    ImageOptions { bounces: project.method.bounces, light_paths, batches, seed: seed(project, 0, 0), straight, ..standard }
+    ImageOptions {
+        bounces: project.method.bounces,
+        light_paths,
+        batches,
+        window_samples,
+        near_samples,
+        seed: seed(project, 0, 0),
+        straight,
+        ..standard
+    }
 }
 
 /// Sampling of suns through panes of scattering data.
@@ -95,8 +112,8 @@ pub fn sun_options(project: &Project) -> SunOptions {
     let standard = SunOptions::default();
     let (disc_samples, paths) = match project.quality.preset {
         Preset::Draft => (standard.disc_samples / 2, standard.paths / 2),
-        Preset::Standard => (standard.disc_samples, standard.paths * 2),
-        Preset::Final => (standard.disc_samples * 4, standard.paths * 8),
+        Preset::Standard => (standard.disc_samples, standard.paths * 8),
+        Preset::Final => (standard.disc_samples * 4, standard.paths * 32),
     };
     SunOptions { disc_samples, paths, seed: seed(project, 0, 0), ..standard }
 }

@@ -32,6 +32,8 @@
 //! bounces = 4                         # left out: not truncated (Russian roulette)
 //! [quality]
 //! preset = "standard"                 # draft | standard | final
+//! # target_error = 0.02               # or: until the standard error is 2 %
+//! # time_limit = "5 min"              # or: as long as that
 //! seed = 1
 //! ```
 //!
@@ -40,6 +42,7 @@
 
 use super::glare_section::GlareSection;
 use super::method::MethodSection;
+pub use super::quality::{Preset, QualitySection};
 use super::table::{Document, Table};
 use super::view_grid::read_grid;
 use super::views::{ImageHours, ImagesSection, ViewSection};
@@ -111,35 +114,6 @@ pub struct SensorsSection {
     pub name: String,
     /// File of `x y z dx dy dz` lines.
     pub points: PathBuf,
-}
-
-/// How much work is spent on accuracy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Preset {
-    /// A first look: twice the errors of `Standard`.
-    Draft,
-    /// Standard errors of about 0.3 % of an hour's illuminance in the shipped office.
-    Standard,
-    /// Errors about a quarter of `Standard`'s.
-    Final,
-}
-
-impl Preset {
-    const NAMES: [(&'static str, Preset); 3] = [("draft", Preset::Draft), ("standard", Preset::Standard), ("final", Preset::Final)];
-
-    /// The word in the project file.
-    pub fn name(self) -> &'static str {
-        Self::NAMES.iter().find(|(_, p)| *p == self).map_or("", |(n, _)| n)
-    }
-}
-
-/// `[quality]`: accuracy against time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct QualitySection {
-    /// Preset.
-    pub preset: Preset,
-    /// Seed of all random numbers: the same seed on the same device gives the same bits.
-    pub seed: u32,
 }
 
 impl Project {
@@ -298,17 +272,6 @@ impl SensorsSection {
     }
 }
 
-impl QualitySection {
-    fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
-        let mut quality = Self { preset: Preset::Standard, seed: 1 };
-        let Some(mut table) = table else { return Ok(quality) };
-        quality.preset = table.choice("preset", &Preset::NAMES)?.unwrap_or(quality.preset);
-        quality.seed = table.integer("seed", 0..=u64::from(u32::MAX))?.map_or(quality.seed, |s| s as u32);
-        table.finish()?;
-        Ok(quality)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -393,6 +356,12 @@ seed = 0x2a
             ("phases = 3", "phases = 4", 14, &["4 phases", "choose 2, 3, 5"]),
             ("\"final\"", "\"best\"", 18, &["'best'", "\"draft\", \"standard\", \"final\""]),
             ("seed = 0x2a", "seed = 99999999999999999999", 19, &["quality.seed", "out of range"]),
+            ("seed = 0x2a", "target_error = 0.02", 19, &["quality.target_error", "'preset' and 'target_error' contradict", "keep one"]),
+            ("preset = \"final\"", "rounds = 3\ntime_limit = \"5 min\"", 18, &["quality.rounds", "'time_limit' and 'rounds'"]),
+            ("preset = \"final\"", "target_error = 2", 18, &["quality.target_error", "from 0.0001 to 0.5"]),
+            ("preset = \"final\"", "target_error = 0.0", 18, &["quality.target_error", "out of range"]),
+            ("preset = \"final\"", "time_limit = \"5 fortnights\"", 18, &["quality.time_limit", "'5 fortnights'", "5 min"]),
+            ("preset = \"final\"", "time_limit = \"-1 s\"", 18, &["quality.time_limit", "'-1 s'"]),
             ("[\"m.rad\", \"r.rad\"]", "[]", 5, &["scene.files", "empty"]),
             ("[\"m.rad\", \"r.rad\"]", "[\"m.rad\", 3]", 5, &["scene.files", "name of a file"]),
             ("[\"m.rad\", \"r.rad\"]", "\"m.rad\"", 5, &["scene.files", "a list of files"]),
@@ -417,6 +386,19 @@ seed = 0x2a
                 assert!(message.contains(word), "{to}: no '{word}' in: {message}");
             }
         }
+    }
+
+    #[test]
+    fn accuracy_is_asked_for_in_one_way() {
+        use crate::simulate::sampling::Stop;
+        use std::time::Duration;
+        let stop = |text: &str| read(&GOOD.replace("preset = \"final\"", text)).unwrap().quality.stop();
+        assert_eq!(stop(""), Stop::Rounds(1));
+        assert_eq!(stop("preset = \"final\""), Stop::Rounds(16));
+        assert_eq!(stop("target_error = 0.02"), Stop::Adaptive { target: Some(0.02), time: None, rounds: None });
+        assert_eq!(stop("rounds = 7"), Stop::Adaptive { target: None, time: None, rounds: Some(7) });
+        let both = stop("target_error = 0.01\ntime_limit = \"1.5 h\"");
+        assert_eq!(both, Stop::Adaptive { target: Some(0.01), time: Some(Duration::from_secs(5400)), rounds: None });
     }
 
     #[test]

@@ -43,6 +43,7 @@ pub fn average(
         total: shaped(total, |sum, n| sum / n)?,
         direct: shaped(direct, |sum, n| sum / n)?,
         standard_error: shaped(variance, |sum, n| sum.sqrt() / n)?,
+        batches: Vec::new(),
         statistics,
     })
 }
@@ -85,7 +86,7 @@ mod tests {
     fn traced(total: f32, direct: f32, error: f32) -> TracedMatrix {
         let one = |v| Matrix::from_data(1, 1, 1, vec![v]).unwrap();
         let statistics = TraceStatistics { paths: 10, segments: 20 };
-        TracedMatrix { total: one(total), direct: one(direct), standard_error: one(error), statistics }
+        TracedMatrix { total: one(total), direct: one(direct), standard_error: one(error), batches: Vec::new(), statistics }
     }
 
     #[test]

@@ -1,28 +1,29 @@
 //! One run of a project: weather to S, windows and scene to V and D, their product to illuminance.
 
+use super::annual;
+use super::estimate::Estimate;
 use super::fingerprint::Fingerprint;
 use super::five_phase::{FivePhase, Phase, is_shaded, transmitted_where};
 use super::glare::{FiveGlare, GlareJob, GlareSummary};
 use super::glare_section::GlareMethod;
-use super::inputs::{Inputs, ProjectWindow, SensorGroup};
+use super::inputs::{Inputs, SensorGroup};
 use super::method::Choice;
 use super::multiply::lit_columns;
-use super::presets::{daylight_options, image_options, rounds, view_options};
+use super::presets::image_options;
 use super::project::Project;
-use super::results::{self, Sampled};
-use super::rounds::average;
+use super::results::{self, Content};
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
 use super::sun_pictures::{SunPictureJob, SunPictures};
 use super::suns::{SunCensus, SunSet};
+use super::uncertainty::EstimatedError;
 use super::views::{ImageHours, ViewJob, ViewSection};
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
+use crate::kernels::product;
 use crate::kernels::trace::TraceStatistics;
-use crate::kernels::{daylight_matrix, product, view_matrix};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
-use crate::scene::points::Sensor;
 use crate::sky::{SkyOptions, sky_matrix};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -36,10 +37,13 @@ use std::time::Instant;
 /// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins |
 /// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
+/// | `matrices/replicates_*.mtx` | the independent estimates that V and D are the means of |
 /// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
 /// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D |
 /// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux |
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
+/// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
+/// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
 /// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for |
 /// | `glare/VIEW.csv`, `.png`, `.svg` | DGP of every hour with its standard error; carpet plot |
@@ -90,6 +94,8 @@ pub(super) fn run_beside(
     run.finish(start, warnings)
 }
 
+mod matrices;
+
 struct Run<'a> {
     device: &'a Device,
     project: &'a Project,
@@ -111,33 +117,17 @@ struct ProductOfPictures<'a> {
     sky: &'a Matrix<f32>,
 }
 
-/// A sampled matrix, its straight part and its standard error.
-struct WithError {
-    total: Matrix<f32>,
-    direct: Matrix<f32>,
-    standard_error: Matrix<f32>,
-}
-
 impl<'a> Run<'a> {
     fn finish(&mut self, start: Instant, warnings: &mut Warnings) -> Result<Summary> {
         let clock = Instant::now();
         let sky = self.sky()?;
         self.seconds.sky = clock.elapsed().as_secs_f64();
 
-        let clock = Instant::now();
-        let view = self.view()?;
-        self.seconds.view = clock.elapsed().as_secs_f64();
-
-        let clock = Instant::now();
-        let windows = &self.inputs.windows;
-        let (mut daylight, mut daylight_direct, mut daylight_error) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, window) in windows.iter().enumerate() {
-            let d = self.daylight(i, window)?;
-            daylight.push(d.total);
-            daylight_direct.push(d.direct);
-            daylight_error.push(d.standard_error);
-        }
-        self.seconds.daylight = clock.elapsed().as_secs_f64();
+        let sampled = self.sampled(&sky)?;
+        let daylight: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::total).collect();
+        let daylight_direct: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::direct).collect();
+        let daylight_error: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::standard_error).collect();
+        let view = (sampled.view.total(), sampled.view.direct());
 
         let clock = Instant::now();
         let five = self.five_phase(&daylight_direct, warnings)?;
@@ -147,37 +137,30 @@ impl<'a> Run<'a> {
         self.check_stop()?;
         self.progress.update("product", 0.0);
         let transmitted = results::transmitted_daylight(self.inputs, &daylight);
-        let coefficients = results::multiply(&view.total, &transmitted);
+        let coefficients = results::multiply(&view.0, &transmitted);
         let multiplier = product::for_device(self.device)?;
         if self.choice.phases == 2 {
             self.write_coefficients(&coefficients)?;
         }
         let lux = match &five {
             None => results::illuminance(multiplier.as_ref(), coefficients, &sky)?,
-            Some(five) => five.illuminance(multiplier.as_ref(), coefficients, &view.direct, &sky)?,
+            Some(five) => five.illuminance(multiplier.as_ref(), coefficients, &view.1, &sky)?,
         };
         self.product = multiplier.description();
         self.seconds.product = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
         let addition = five.as_ref().map(FivePhase::addition);
-        let sampled = Sampled {
-            view: &view.total,
-            view_error: &view.standard_error,
-            daylight_error: &daylight_error,
-            transmitted: &transmitted,
-            sky: &sky,
-            addition: addition.as_deref(),
-        };
         let stage = |fraction: f64| {
             self.progress.update("error estimate", fraction);
             self.check_stop()
         };
-        let estimated_error = results::estimate_error(self.inputs, &sampled, &stage)?;
+        let chain = sampled.chain(self.inputs, &sky);
+        let errors = annual::estimate(&chain, multiplier.as_ref(), &lux, addition.as_deref(), self.project.quality.target(), &stage)?;
         self.seconds.error_estimate = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let sensors = self.write(&lux)?;
+        let sensors = self.write(&lux, &errors)?;
         let pictures = ProductOfPictures { multiplier: multiplier.as_ref(), transmitted: &transmitted, sky: &sky };
         let views = self.pictures(&pictures, five.as_ref(), &daylight_direct, warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
@@ -187,7 +170,8 @@ impl<'a> Run<'a> {
         self.seconds.glare = clock.elapsed().as_secs_f64();
         self.seconds.total = start.elapsed().as_secs_f64();
         let census = five.as_ref().map(|f| f.census().clone());
-        let summary = self.summary(sensors, views, glare, estimated_error, census, warnings);
+        self.warn_of_error(&errors, warnings);
+        let summary = self.summary(sensors, views, glare, errors.estimated, census, warnings);
         summary.write(&self.store.summary_path())?;
         Ok(summary)
     }
@@ -196,14 +180,9 @@ impl<'a> Run<'a> {
         if self.progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
     }
 
-    fn note(&mut self, name: &str, matrix: &Matrix<f32>, reused: bool, clock: Instant) {
-        self.matrices.push(MatrixSummary {
-            name: name.to_string(),
-            rows: matrix.rows(),
-            columns: matrix.cols(),
-            reused,
-            seconds: clock.elapsed().as_secs_f64(),
-        });
+    fn note(&mut self, name: &str, (rows, columns): (usize, usize), reused: bool, seconds: f64, rounds: u32) {
+        let rounds = (rounds > 0).then_some(rounds);
+        self.matrices.push(MatrixSummary { name: name.to_string(), rows, columns, reused, seconds, rounds });
     }
 
     fn sky(&mut self) -> Result<Matrix<f32>> {
@@ -223,7 +202,7 @@ impl<'a> Run<'a> {
                 sky
             }
         };
-        self.note("S", &sky, reused, clock);
+        self.note("S", (sky.rows(), sky.cols()), reused, clock.elapsed().as_secs_f64(), 0);
         Ok(sky)
     }
 
@@ -246,7 +225,14 @@ impl<'a> Run<'a> {
         for (group, rows) in self.inputs.sensors.iter().map(|g| (g, g.sensors.len())) {
             let seconds = clock.elapsed().as_secs_f64();
             let name = format!("C_{}", group.name);
-            self.matrices.push(MatrixSummary { name, rows, columns: five.census().needed, reused: traced.is_none(), seconds });
+            self.matrices.push(MatrixSummary {
+                name,
+                rows,
+                columns: five.census().needed,
+                reused: traced.is_none(),
+                seconds,
+                rounds: None,
+            });
         }
         if let Some(statistics) = traced {
             self.count(statistics, clock);
@@ -270,7 +256,7 @@ impl<'a> Run<'a> {
         let triangles: Vec<_> = scene.triangles.iter().map(|t| (t.vertices, t.material)).collect();
         let materials: Vec<_> = scene.materials.iter().map(|m| m.kind).collect();
         let device = self.device.summary();
-        *Fingerprint::new(kind).add(&triangles).add(&materials).add(&device.name).add(&device.driver)
+        *Fingerprint::new(kind).add(&triangles).add(&materials).add(&scene.unpruned).add(&device.name).add(&device.driver)
     }
 
     /// The same with the windows that emit.
@@ -282,102 +268,25 @@ impl<'a> Run<'a> {
         inputs
     }
 
-    /// V of all groups, computed in one pass and kept in one file per group.
-    fn view(&mut self) -> Result<WithError> {
-        let clock = Instant::now();
-        self.check_stop()?;
-        let rounds = rounds(self.project);
-        let groups = &self.inputs.sensors;
-        if groups.is_empty() {
-            let none = Matrix::zeros(0, self.inputs.bins(), 3);
-            return Ok(WithError { total: none.clone(), direct: none.clone(), standard_error: none });
-        }
-        let windows: Vec<_> = self.inputs.windows.iter().map(|w| w.window.clone()).collect();
-        let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
-        let mut inputs = self.view_fingerprint("V");
-        inputs.add(&sensors).add(&view_options(self.project, 0)).add(&rounds);
-        if let Some(kept) = self.kept_view(inputs) {
-            for (group, part) in groups.iter().zip(split(&kept.total, groups)) {
-                self.note(&format!("V_{}", group.name), &part, true, clock);
-            }
-            return Ok(kept);
-        }
-        let traced = average(rounds, self.progress, |round, progress| {
-            let options = view_options(self.project, round);
-            view_matrix::compute(self.device, &self.inputs.scene, &windows, &sensors, &options, progress)
-        })?;
-        self.count(traced.statistics, clock);
-        self.check_light(&traced.total)?;
-        let parts = [("", &traced.total), ("_direct", &traced.direct), ("_standard_error", &traced.standard_error)];
-        for (suffix, matrix) in parts {
-            for (group, part) in groups.iter().zip(split(matrix, groups)) {
-                let name = format!("V_{}{suffix}", group.name);
-                self.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
-                if suffix.is_empty() {
-                    self.note(&name, &part, false, clock);
-                }
-            }
-        }
-        Ok(WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error })
-    }
-
-    fn kept_view(&self, inputs: Fingerprint) -> Option<WithError> {
-        let bins = self.inputs.bins();
-        let together = |suffix: &str| {
-            let mut data = Vec::new();
-            let mut rows = 0;
-            for group in &self.inputs.sensors {
-                let part = self.store.load(&format!("V_{}{suffix}", group.name), inputs, (group.sensors.len(), bins, 3))?;
-                rows += part.rows();
-                data.extend(part.into_data());
-            }
-            Matrix::from_data(rows, bins, 3, data).ok()
-        };
-        Some(WithError { total: together("")?, direct: together("_direct")?, standard_error: together("_standard_error")? })
-    }
-
-    fn daylight(&mut self, index: usize, window: &ProjectWindow) -> Result<WithError> {
-        let clock = Instant::now();
-        self.check_stop()?;
-        let sky = self.project.method.sky;
-        let rounds = rounds(self.project);
-        let mut inputs = self.scene_fingerprint("D");
-        inputs
-            .add(&(&window.window.triangles, &window.window.frame, &window.window.basis))
-            .add(&sky)
-            .add(&daylight_options(self.project, index, 0))
-            .add(&rounds);
-        let name = format!("D_{}", window.name);
-        let shape = (window.window.basis.len(), sky.len(), 3);
-        let load = |suffix: &str| self.store.load(&format!("{name}{suffix}"), inputs, shape);
-        if let (Some(total), Some(direct), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
-            self.note(&name, &total, true, clock);
-            return Ok(WithError { total, direct, standard_error });
-        }
-        let traced = average(rounds, self.progress, |round, progress| {
-            let options = daylight_options(self.project, index, round);
-            daylight_matrix::compute(self.device, &self.inputs.scene, &window.window, sky, &options, progress)
-        })?;
-        self.count(traced.statistics, clock);
-        let about = "daylight matrix, rows the window's bins, columns patches";
-        self.store.save(&format!("{name}_direct"), &traced.direct, inputs, about)?;
-        self.store.save(&format!("{name}_standard_error"), &traced.standard_error, inputs, about)?;
-        self.store.save(&name, &traced.total, inputs, about)?;
-        let t = window.transmission.map(|v| v as f32);
-        let transmission_inputs = *Fingerprint::new("T").add(&t.data());
-        self.store.save(
-            &format!("T_{}", window.name),
-            &t,
-            transmission_inputs,
-            "transmission, rows outgoing bins, columns incident bins",
-        )?;
-        self.note(&name, &traced.total, false, clock);
-        Ok(WithError { total: traced.total, direct: traced.direct, standard_error: traced.standard_error })
+    /// A result that misses what was asked for says so.
+    fn warn_of_error(&self, errors: &annual::YearErrors, warnings: &mut Warnings) {
+        let Some(error) = errors.estimated.filter(|e| e.target_met == Some(false)) else { return };
+        let target = 100.0 * error.target.unwrap_or_default();
+        let message = format!(
+            "the standard error of a year's light is {:.2} % at the worst sensor, more than the {target:.2} % of {}",
+            100.0 * error.annual_largest,
+            self.project.quality.name()
+        );
+        warnings.push(
+            Error::new(message).file(&self.project.file).field("quality").help(format!(
+                "write target_error = {} in place of the preset to sample until it is met",
+                error.target.unwrap_or_default()
+            )),
+        );
     }
 
     fn count(&mut self, statistics: TraceStatistics, clock: Instant) {
-        self.statistics.paths += statistics.paths;
-        self.statistics.segments += statistics.segments;
+        self.statistics.add(statistics);
         self.traced_seconds += clock.elapsed().as_secs_f64();
     }
 
@@ -403,17 +312,24 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn write(&self, lux: &Matrix<f32>) -> Result<Vec<SensorSummary>> {
+    fn write(&self, lux: &Matrix<f32>, errors: &annual::YearErrors) -> Result<Vec<SensorSummary>> {
         let groups = &self.inputs.sensors;
+        let records = &self.inputs.weather.records;
         let mut sensors = Vec::new();
-        for (i, (group, part)) in groups.iter().zip(split(lux, groups)).enumerate() {
+        let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
+        for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
             self.progress.update("writing", i as f64 / groups.len() as f64);
-            results::write_illuminance(self.store, group, &self.inputs.weather.records, &part)?;
-            let sum: f64 = part.data().iter().map(|&v| f64::from(v)).sum();
+            results::write_illuminance(self.store, group, records, &part, Content::Illuminance)?;
+            results::write_illuminance(self.store, group, records, &error, Content::StandardError)?;
+            let year = &errors.groups[i];
+            annual::write(self.store, group, year)?;
             sensors.push(SensorSummary {
                 name: group.name.clone(),
                 count: group.sensors.len(),
-                mean_illuminance_lx: sum / part.data().len().max(1) as f64,
+                mean_illuminance_lx: year.mean.value,
+                mean_illuminance_standard_error_lx: year.mean.standard_error,
+                spatial_autonomy: year.spatial_autonomy.value,
+                spatial_autonomy_standard_error: year.spatial_autonomy.standard_error,
             });
         }
         Ok(sensors)
@@ -453,7 +369,7 @@ impl<'a> Run<'a> {
             let mut statistics = TraceStatistics::default();
             let (rows, columns, reused) = job.matrix(inputs, &mut statistics)?;
             let seconds = clock.elapsed().as_secs_f64();
-            self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds });
+            self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds, rounds: None });
             self.count(statistics, clock);
             let hours = self.project.images.hours.chosen(sky)?;
             let mut suns = None;
@@ -525,8 +441,7 @@ impl<'a> Run<'a> {
             five: five.map(|(terms, sun_inputs)| FiveGlare { terms, sun_inputs, sun_pictures: &pictures }),
         };
         let summary = job.run(section, multiplier, &mut statistics, warnings)?;
-        self.statistics.paths += statistics.paths;
-        self.statistics.segments += statistics.segments;
+        self.statistics.add(statistics);
         Ok(Some(summary))
     }
 
@@ -535,7 +450,7 @@ impl<'a> Run<'a> {
         sensors: Vec<SensorSummary>,
         views: Vec<ViewSummary>,
         glare: Option<GlareSummary>,
-        estimated_error: Option<results::EstimatedError>,
+        estimated_error: Option<EstimatedError>,
         suns: Option<SunCensus>,
         warnings: &Warnings,
     ) -> Summary {
@@ -545,6 +460,7 @@ impl<'a> Run<'a> {
             project: crate::files::relative(self.store.folder(), &project.file),
             device: DeviceSummary::of(self.device),
             preset: project.quality.preset.name().to_string(),
+            quality: project.quality.name(),
             seed: project.quality.seed,
             phases: self.choice.phases,
             phases_because: self.choice.why.to_string(),
@@ -565,6 +481,14 @@ impl<'a> Run<'a> {
             warnings: warnings.iter().map(ToString::to_string).collect(),
         }
     }
+}
+
+/// Makes a run model everything, needed or not: D by rays where a quadrature would do, suns behind every
+/// window, all channels, shaders for every kind of material. Results are the same within the bound
+/// that the plan states for each omission; a check for those who doubt them.
+pub fn without_pruning(project: &mut Project, inputs: &mut Inputs) {
+    project.quality.prune = false;
+    inputs.scene.unpruned = true;
 }
 
 /// The rows of each group.

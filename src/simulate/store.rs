@@ -3,7 +3,7 @@
 use super::fingerprint::Fingerprint;
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, read_matrix, write_matrix};
+use crate::matrix::file::{Format, MatrixFile, read_matrix, write_matrix};
 use crate::matrix::rows::MatrixRows;
 use std::path::{Path, PathBuf};
 
@@ -124,10 +124,23 @@ impl Store {
         if !self.has(&path, &|path| is_of(path, inputs, shape)) {
             return None;
         }
-        let file = read_matrix(&path).ok()?;
-        let m = &file.matrix;
-        let same = file.value(INPUTS) == Some(inputs.to_string().as_str()) && (m.rows(), m.cols(), m.components()) == shape;
-        same.then_some(file.matrix)
+        let matrix = self.load_file(name, inputs)?.matrix;
+        ((matrix.rows(), matrix.cols(), matrix.components()) == shape).then_some(matrix)
+    }
+
+    /// The same with its header, whatever its shape.
+    pub fn load_file(&self, name: &str, inputs: Fingerprint) -> Option<MatrixFile> {
+        if !self.has_matrix(name, inputs) {
+            return None;
+        }
+        let file = read_matrix(&self.matrix_path(name)).ok()?;
+        (file.value(INPUTS) == Some(inputs.to_string().as_str())).then_some(file)
+    }
+
+    /// Whether a matrix of these inputs is there (or in another folder), by its header alone.
+    pub fn has_matrix(&self, name: &str, inputs: Fingerprint) -> bool {
+        let line = format!("{INPUTS}={inputs}");
+        self.has(&self.matrix_path(name), &|path| MatrixRows::open(path).is_ok_and(|f| f.is_some_and(|f| f.header().contains(&line))))
     }
 
     /// Keeps a matrix; `about` is a line for its header that says what it is.
@@ -135,8 +148,16 @@ impl Store {
     /// # Errors
     /// Failures of the file system with the path named.
     pub fn save(&self, name: &str, matrix: &Matrix<f32>, inputs: Fingerprint, about: &str) -> Result<()> {
-        let header = [software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}")];
-        write_matrix(Some(&self.matrix_path(name)), matrix, Format::Float, &header)
+        self.save_with(name, matrix, inputs, about, &[])
+    }
+
+    /// The same with further lines of the header.
+    ///
+    /// # Errors
+    /// As [`save`](Self::save).
+    pub fn save_with(&self, name: &str, matrix: &Matrix<f32>, inputs: Fingerprint, about: &str, more: &[String]) -> Result<()> {
+        let own = [software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}")];
+        write_matrix(Some(&self.matrix_path(name)), matrix, Format::Float, &[&own, more].concat())
     }
 }
 

@@ -1,8 +1,8 @@
 //! What a run did, for people and for programs: `summary.json`.
 
 use super::glare::GlareSummary;
-use super::results::EstimatedError;
 use super::suns::SunCensus;
+use super::uncertainty::EstimatedError;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use serde::Serialize;
@@ -20,6 +20,8 @@ pub struct Summary {
     pub device: DeviceSummary,
     /// Preset of `[quality]`.
     pub preset: String,
+    /// What `[quality]` asked for, in words.
+    pub quality: String,
     /// Seed of all random numbers.
     pub seed: u32,
     /// Phases of the method.
@@ -89,6 +91,12 @@ pub struct SensorSummary {
     pub count: usize,
     /// Mean over sensors and hours, lux.
     pub mean_illuminance_lx: f64,
+    /// Its standard error, lux.
+    pub mean_illuminance_standard_error_lx: f64,
+    /// sDA300/50 %: share of the sensors that have 300 lx in at least half of the hours from 8 to 18.
+    pub spatial_autonomy: f64,
+    /// Its standard error.
+    pub spatial_autonomy_standard_error: f64,
 }
 
 /// One view.
@@ -113,8 +121,11 @@ pub struct MatrixSummary {
     pub columns: usize,
     /// Taken from an earlier run with the same inputs.
     pub reused: bool,
-    /// Seconds it took (to compute or to read).
+    /// Seconds it took (to compute or to read); of V and D those of all sensors and windows.
     pub seconds: f64,
+    /// Rounds of sampling; absent where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounds: Option<u32>,
 }
 
 /// Seconds of wall clock per stage.

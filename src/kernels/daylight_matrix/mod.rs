@@ -6,12 +6,13 @@
 
 #[cfg(test)]
 mod tests;
+pub mod unobstructed;
 
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use crate::gpu::{Device, Kernel};
 use crate::gpu_struct;
-use crate::kernels::trace::{Counters, TraceStatistics, TraceTables, TracedMatrix, WindowSurfaces, check_finished};
+use crate::kernels::trace::{Counters, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, check_finished};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
@@ -57,11 +58,13 @@ pub struct DaylightOptions {
     pub seed: u32,
     /// Path weight below which Russian roulette decides (Radiance's `-lw`).
     pub roulette_weight: f32,
+    /// Whether the batches themselves are handed back too.
+    pub keep_batches: bool,
 }
 
 impl Default for DaylightOptions {
     fn default() -> Self {
-        Self { bounces: None, paths: 2048, batches: 8, seed: 1, roulette_weight: 0.05 }
+        Self { bounces: None, paths: 2048, batches: 8, seed: 1, roulette_weight: 0.05, keep_batches: false }
     }
 }
 
@@ -140,6 +143,16 @@ fn compute_in_dispatches(
     let mut squares = vec![0.0f64; cells];
     let mut direct_sum = vec![0.0f64; cells];
     let mut batch_cells = vec![0u64; 2 * cells];
+    let mut batches = Vec::new();
+    let shape = |f: &dyn Fn(usize) -> f64| -> Matrix<f32> {
+        let mut m = Matrix::zeros(bins, sky.len(), 3);
+        for (element, out) in m.data_mut().chunks_exact_mut(3).enumerate() {
+            for (c, v) in out.iter_mut().enumerate() {
+                *v = f(element * components + c.min(components - 1)) as f32;
+            }
+        }
+        m
+    };
     let unit = CELL_CAPACITY / PATHS_PER_DISPATCH.min(options.paths) as f32;
     let whole = f64::from(unit) * f64::from(options.paths);
     let work = f64::from(options.batches) * f64::from(options.paths);
@@ -191,22 +204,19 @@ fn compute_in_dispatches(
             sum[cell] += total;
             squares[cell] += total * total;
         }
+        if options.keep_batches {
+            let straight = |cell: usize| batch_cells[cell] as f64 / whole;
+            let total = shape(&|cell| straight(cell) + batch_cells[cells + cell] as f64 / whole);
+            batches.push(TracedBatch { total, direct: shape(&straight) });
+        }
     }
     progress.update("daylight matrix", 1.0);
     let n = f64::from(options.batches);
-    let shape = |f: &dyn Fn(usize) -> f64| -> Matrix<f32> {
-        let mut m = Matrix::zeros(bins, sky.len(), 3);
-        for (element, out) in m.data_mut().chunks_exact_mut(3).enumerate() {
-            for (c, v) in out.iter_mut().enumerate() {
-                *v = f(element * components + c.min(components - 1)) as f32;
-            }
-        }
-        m
-    };
     Ok(TracedMatrix {
         total: shape(&|i| sum[i] / n),
         direct: shape(&|i| direct_sum[i] / n),
         standard_error: shape(&|i| ((squares[i] / n - (sum[i] / n).powi(2)).max(0.0) / (n - 1.0)).sqrt()),
+        batches,
         statistics,
     })
 }

@@ -10,6 +10,8 @@ use crate::scene::{self, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
 
 #[cfg(test)]
+mod cie171;
+#[cfg(test)]
 pub(crate) mod comparison;
 #[cfg(test)]
 mod extremes;
@@ -169,6 +171,8 @@ pub struct TraceTables {
     pub window_triangles: Vec<[f32; 4]>,
     /// What the shaders need.
     pub features: SceneFeatures,
+    /// As in the scene: the shaders get everything.
+    unpruned: bool,
 }
 
 /// Whether the windows' own surfaces stop rays.
@@ -225,6 +229,7 @@ impl TraceTables {
             rings: Vec::new(),
             window_triangles: Vec::new(),
             features: SceneFeatures { grey: true, glass: false, specular: false },
+            unpruned: scene.unpruned,
         };
         for triangle in &scene.triangles {
             if scene.materials[triangle.material.0 as usize].kind != MaterialKind::Void {
@@ -242,7 +247,7 @@ impl TraceTables {
             self.triangles.push([far, far + Vec3::X * 1e-3, far + Vec3::Y * 1e-3]);
             self.triangle_materials.push(self.materials.len() as u32 - 1);
         }
-        self.features = self.find_features();
+        self.features = if self.unpruned { SceneFeatures { grey: false, glass: true, specular: true } } else { self.find_features() };
         self
     }
 
@@ -428,6 +433,24 @@ pub struct TraceStatistics {
     pub segments: u64,
 }
 
+impl TraceStatistics {
+    /// Adds the work of another computation.
+    pub fn add(&mut self, other: Self) {
+        self.paths += other.paths;
+        self.segments += other.segments;
+    }
+}
+
+/// One independent estimate of a matrix: all its entries come from the same rays, so their errors are
+/// correlated in ways that only the whole batch shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TracedBatch {
+    /// The matrix.
+    pub total: Matrix<f32>,
+    /// Only what arrives straight.
+    pub direct: Matrix<f32>,
+}
+
 /// A matrix, its part without diffuse reflections, and its standard error, all of one shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TracedMatrix {
@@ -437,6 +460,8 @@ pub struct TracedMatrix {
     pub direct: Matrix<f32>,
     /// Standard error of each entry of `total`.
     pub standard_error: Matrix<f32>,
+    /// The independent batches that the three above come from, if they were asked for.
+    pub batches: Vec<TracedBatch>,
     /// Work done.
     pub statistics: TraceStatistics,
 }

@@ -22,7 +22,7 @@ use crate::gpu_struct;
 use crate::kernels::light_paths::{
     LightPathKernels, LightPathOptions, LightPaths, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
 };
-use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, TracedMatrix, WindowSurfaces, stream_seed};
+use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, stream_seed};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
@@ -80,6 +80,8 @@ pub struct ViewOptions {
     pub roulette_weight: f32,
     /// Connections shorter than this multiple of the windows' size are left to `near_samples`.
     pub near_radius: f32,
+    /// Whether the batches themselves are handed back too.
+    pub keep_batches: bool,
     /// Device memory to use, bytes.
     pub memory: u64,
 }
@@ -96,6 +98,7 @@ impl Default for ViewOptions {
             seed: 1,
             roulette_weight: 0.05,
             near_radius: 0.4,
+            keep_batches: false,
             memory: 1 << 30,
         }
     }
@@ -156,10 +159,12 @@ pub fn compute(
     let tracer = ViewTracer::new(device, windows, tables, options)?;
     let bins = tracer.tables.bins();
     let (rows, batches) = (sensors.len(), options.batches as usize);
+    let empty = TracedBatch { total: Matrix::zeros(rows, bins, 3), direct: Matrix::zeros(rows, bins, 3) };
     let mut result = TracedMatrix {
         total: Matrix::zeros(rows, bins, 3),
         direct: Matrix::zeros(rows, bins, 3),
         standard_error: Matrix::zeros(rows, bins, 3),
+        batches: if options.keep_batches { vec![empty; batches] } else { Vec::new() },
         statistics: TraceStatistics::default(),
     };
     let bytes_per_sensor = (batches * bins * 12) as u64;
@@ -270,6 +275,10 @@ impl<'d> ViewTracer<'d> {
                         if let Some(gathered) = &gathered {
                             let cell = ((batch * bins + bin) * records.len() + sensor) * 3 + c;
                             *value += f64::from(gathered[cell]) / f64::from(self.paths_per_round() * self.rounds());
+                        }
+                        if let Some(kept) = result.batches.get_mut(batch) {
+                            kept.total.at_mut(first + sensor, bin)[c] = *value as f32;
+                            kept.direct.at_mut(first + sensor, bin)[c] = seen as f32;
                         }
                     }
                     let (mean, error) = mean_and_error(&values);

@@ -123,7 +123,7 @@ pub(super) fn venetian(text: &str, solar: bool, warnings: &mut Warnings) -> Resu
         triangles: period.triangles.iter().map(|&vertices| Triangle { vertices, material: MaterialIndex(0), surface: 0 }).collect(),
         materials: vec![Material { name: "slat".into(), kind }],
         surfaces: vec![SurfaceOrigin { name: "slat".into(), file: "--venetian".into(), line: 0 }],
-        sources: Vec::new(),
+        ..Scene::default()
     };
     let (low, high) = (period.low, period.high);
     Sample::new(scene, Some([low.x, high.x, low.y, high.y, low.z, high.z]), [true, true], warnings)

@@ -1,0 +1,175 @@
+//! `[quality]` and `--no-prune` on whole projects: what is left out changes nothing, what is asked for
+//! is met, whatever the resume point.
+
+use lucarne::Warnings;
+use lucarne::gpu::Device;
+use lucarne::matrix::Matrix;
+use lucarne::matrix::file::read_matrix;
+use lucarne::progress::{Progress, Silent};
+use lucarne::simulate::project::Preset;
+use lucarne::simulate::{Inputs, Project, Summary, run, without_pruning};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+
+/// The device, or the reason why there is none; a failure where one is required.
+fn device() -> Option<Device> {
+    match Device::shared() {
+        Ok(device) => Some(device),
+        Err(error) => {
+            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "{error}");
+            eprintln!("SKIPPED a test: {error}");
+            None
+        }
+    }
+}
+
+/// A shipped scene without its pictures, on one day in March.
+fn scene(name: &str) -> (Project, Inputs) {
+    let mut project = Project::read(&Path::new(SCENES).join(name).join("project.toml")).unwrap();
+    project.views.clear();
+    project.glare = None;
+    project.images.hours = lucarne::simulate::views::ImageHours::None;
+    let mut inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
+    inputs.weather.records = inputs.weather.records[79 * 24..80 * 24].to_vec();
+    (project, inputs)
+}
+
+/// Lux and standard error of all sensors, and the summary.
+fn results(device: &Device, project: &Project, inputs: &Inputs, out: &Path) -> (Matrix<f32>, Matrix<f32>, Summary) {
+    let summary = run(device, project, inputs, out, &Silent, &mut Warnings::new()).unwrap();
+    let read = |suffix: &str| {
+        let parts: Vec<Matrix<f32>> =
+            inputs.sensors.iter().map(|g| read_matrix(&out.join(format!("illuminance/{}{suffix}.mtx", g.name))).unwrap().matrix).collect();
+        let (rows, cols) = (parts.iter().map(Matrix::rows).sum(), parts[0].cols());
+        Matrix::from_data(rows, cols, 1, parts.into_iter().flat_map(Matrix::into_data).collect()).unwrap()
+    };
+    (read(""), read("_standard_error"), summary)
+}
+
+#[test]
+fn leaving_out_what_is_not_needed_changes_no_more_than_the_plan_says() {
+    let Some(device) = device() else { return };
+    let mut by_quadrature = 0;
+    for (name, open) in [("office", false), ("asymmetric", false), ("asymmetric", true), ("blinds", false)] {
+        let (mut project, mut inputs) = scene(name);
+        project.quality.preset = Preset::Draft;
+        if open {
+            // Without what stands before its window, which is the plane y = 0.
+            inputs.scene.triangles.retain(|t| t.vertices.iter().all(|v| v.y >= 0.0));
+        }
+        let plan = lucarne::simulate::plan::plan(&project, &inputs).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let (pruned, pruned_error, summary) = results(&device, &project, &inputs, &folder.path().join("a"));
+        without_pruning(&mut project, &mut inputs);
+        let (whole, whole_error, _) = results(&device, &project, &inputs, &folder.path().join("b"));
+        // Where a quadrature stands for rays, or suns got other random numbers, the noise may differ.
+        let changed = |words: &str| plan.omissions.iter().any(|o| o.what.contains(words));
+        let (quadrature, suns) = (changed("rays of D"), changed("suns, in"));
+        by_quadrature += usize::from(quadrature);
+        let largest = pruned.data().iter().copied().fold(0.0, f32::max);
+        let (mut squares, mut lit, mut most) = (0.0, 0, 0.0f32);
+        for i in 0..pruned.data().len() {
+            let (a, b) = (pruned.data()[i], whole.data()[i]);
+            assert_eq!(a > 0.0, b > 0.0, "{name}");
+            let error = pruned_error.data()[i].hypot(whole_error.data()[i]);
+            if b > 0.0 {
+                (squares, lit) = (squares + f64::from(((a - b) / error).powi(2)), lit + 1);
+                most = most.max((a - b).abs() / b);
+            }
+            if !(quadrature || suns) {
+                assert!((a - b).abs() <= 1e-5 * b + 1e-7 * largest, "{name}: {a} {b}");
+            }
+        }
+        let rms = (squares / f64::from(lit)).sqrt();
+        assert_eq!(quadrature, open, "{name}");
+        eprintln!("{name}: pruned and whole differ by {most:.1e} at most, {rms:.2} standard errors; {:?}", summary.estimated_error);
+        // Eight replicates: the ratio's own spread is far below 2.
+        assert!(rms < 2.0, "{name}: {rms}");
+        assert!(lit > 50);
+    }
+    assert_eq!(by_quadrature, 1);
+}
+
+#[test]
+fn standard_quality_meets_two_percent_on_every_shipped_scene() {
+    let Some(device) = device() else { return };
+    for name in ["office", "asymmetric", "blinds"] {
+        let mut project = Project::read(&Path::new(SCENES).join(name).join("project.toml")).unwrap();
+        assert_eq!(project.quality.preset, Preset::Standard);
+        project.views.clear();
+        project.glare = None;
+        project.images.hours = lucarne::simulate::views::ImageHours::None;
+        let inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let (_, _, summary) = results(&device, &project, &inputs, folder.path());
+        let error = summary.estimated_error.unwrap();
+        eprintln!(
+            "{name}: {:.2} % at the worst sensor, {:.2} % at the median one",
+            100.0 * error.annual_largest,
+            100.0 * error.annual_median
+        );
+        assert_eq!((error.target, error.target_met), (Some(0.02), Some(true)), "{name}: {error:?}");
+        let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
+        assert!(text.contains("\"target_met\": true"), "{text}");
+    }
+}
+
+/// Stops after so many updates.
+struct StopAfter(AtomicUsize);
+
+impl Progress for StopAfter {
+    fn update(&self, _: &str, _: f64) {}
+
+    fn stop_requested(&self) -> bool {
+        self.0.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |n| n.checked_sub(1)).is_err()
+    }
+}
+
+#[test]
+fn a_target_of_one_percent_is_met_against_the_converged_result() {
+    let Some(device) = device() else { return };
+    let (mut project, mut inputs) = scene("asymmetric");
+    inputs.sensors[0].sensors.truncate(4);
+    let folder = tempfile::tempdir().unwrap();
+    // Coarse rounds, so that several are needed.
+    project.quality.preset = Preset::Draft;
+    project.quality.target_error = Some(0.002);
+    let (converged, _, _) = results(&device, &project, &inputs, &folder.path().join("converged"));
+    let sums = |m: &Matrix<f32>| -> Vec<f64> { (0..m.rows()).map(|s| m.row(s).iter().map(|v| f64::from(*v)).sum()).collect() };
+    let truth = sums(&converged);
+    project.quality.target_error = Some(0.01);
+    let (mut squares, mut count) = (0.0, 0);
+    for seed in [11, 12, 13] {
+        project.quality.seed = seed;
+        let (lux, _, summary) = results(&device, &project, &inputs, &folder.path().join(format!("{seed}")));
+        let error = summary.estimated_error.unwrap();
+        assert_eq!((error.target, error.target_met), (Some(0.01), Some(true)), "{error:?}");
+        for (found, wanted) in sums(&lux).iter().zip(&truth) {
+            let distance = found / wanted - 1.0;
+            // 2.36 standard errors hold 95 %; 12 sensors and seeds ask for a little more.
+            assert!(distance.abs() < 3.5 * 0.01, "seed {seed}: {distance}");
+            (squares, count) = (squares + distance.powi(2), count + 1);
+        }
+    }
+    let rms = (squares / f64::from(count)).sqrt();
+    eprintln!("target 1 %: annual sums lie {:.2} % (rms) from the converged ones", 100.0 * rms);
+    assert!(rms < 0.01);
+
+    // Stopped wherever, the same bits come out, and as many rounds.
+    let whole = read_matrix(&folder.path().join("11/illuminance/room.mtx")).unwrap().matrix;
+    project.quality.seed = 11;
+    project.quality.target_error = Some(0.004);
+    let (whole_finer, _, summary) = results(&device, &project, &inputs, &folder.path().join("finer"));
+    assert!(summary.matrices.iter().filter_map(|m| m.rounds).sum::<u32>() > 2, "{:?}", summary.matrices);
+    assert_ne!(whole_finer, whole);
+    let whole = whole_finer;
+    for after in [3, 15, 30] {
+        let out = folder.path().join(format!("stopped{after}"));
+        let stopped = run(&device, &project, &inputs, &out, &StopAfter(AtomicUsize::new(after)), &mut Warnings::new());
+        assert!(stopped.is_err_and(|e| e.to_string().contains("stopped")), "after {after}");
+        assert!(!out.join("summary.json").exists());
+        assert_eq!(results(&device, &project, &inputs, &out).0, whole, "stopped after {after}");
+    }
+}
