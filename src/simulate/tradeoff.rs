@@ -15,7 +15,7 @@ pub use report::{Choice, front, recommended, write};
 
 use super::inputs::{Inputs, in_colour};
 use super::method::Phases;
-use super::project::{Preset, Project};
+use super::project::Project;
 use super::results;
 use super::rounds::Part;
 use super::run::run;
@@ -201,7 +201,9 @@ impl Sweep<'_> {
     /// The project with nothing saved on, and with other random numbers.
     fn reference(&self) -> Result<(Project, Inputs)> {
         let mut project = self.plain()?;
-        project.quality.preset = Preset::Final;
+        // Half the error of the best setting.
+        let most = self.knobs.iter().map(|k| if let Knob::Samples(scale) = k { *scale } else { 1.0 / 16.0 }).fold(0.25, f64::max);
+        project.quality.scale = 4.0 * most;
         project.quality.seed = project.quality.seed.wrapping_add(0x5eed);
         project.method.bounces = None;
         if project.method.choice(&project.windows).phases == 5 {
