@@ -73,8 +73,17 @@ impl MatrixRows {
     /// # Errors
     /// Failures of the file system.
     pub fn rewind(&mut self) -> Result<()> {
-        self.next = 0;
-        self.stream.seek(SeekFrom::Start(self.start)).map_err(|e| Error::io(&self.path, &e))?;
+        self.go_to(0)
+    }
+
+    /// Goes to a row, or behind the last.
+    ///
+    /// # Errors
+    /// Failures of the file system.
+    pub fn go_to(&mut self, row: usize) -> Result<()> {
+        self.next = row.min(self.rows);
+        let bytes = (self.cols * self.header.components * self.width) as u64;
+        self.stream.seek(SeekFrom::Start(self.start + self.next as u64 * bytes)).map_err(|e| Error::io(&self.path, &e))?;
         Ok(())
     }
 
@@ -137,6 +146,13 @@ mod tests {
                 }
                 assert_eq!(all, read_matrix(&path).unwrap().matrix.into_data());
             }
+            let mut part = Vec::new();
+            for row in [5, 0, 6, 3] {
+                rows.go_to(row).unwrap();
+                assert_eq!((rows.read(1, &mut part).unwrap(), &*part), (1, matrix.row(row)));
+            }
+            rows.go_to(9).unwrap();
+            assert_eq!(rows.read(1, &mut part).unwrap(), 0);
         }
         write_matrix(Some(&path), &matrix, Format::Ascii, &[]).unwrap();
         assert!(MatrixRows::open(&path).unwrap().is_none());

@@ -9,7 +9,7 @@ use lucarne::scene::Scene;
 use lucarne::simulate::Project;
 use lucarne::weather::Weather;
 use lucarne::{Error, Result, Warnings};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -81,6 +81,8 @@ pub struct Results {
     pub windows: Vec<String>,
     /// Further states of each window that the project names, by its name in [`Self::windows`].
     pub states: HashMap<String, Vec<PathBuf>>,
+    /// Windows with a shade, by their names in [`Self::windows`]: their sun is traced.
+    pub shaded: HashSet<String>,
     /// Phases of the method that gave the illuminance.
     pub phases: u64,
     /// The room, if the project it came from is found.
@@ -128,9 +130,10 @@ impl Results {
         }
         let hours = groups.first().map(|g| g.lux.cols()).or_else(|| summary["hours"].as_u64().map(|h| h as usize)).unwrap_or(8760);
         let project = summary["project"].as_str().map(|p| folder.join(p)).or_else(|| guess_project(folder));
-        let (mut scene, mut weather, mut states) = (None, None, HashMap::new());
+        let (mut scene, mut weather) = (None, None);
+        let (mut states, mut shaded) = (HashMap::new(), HashSet::new());
         if let Some(project) = project {
-            match read_room(&project, &mut groups, &windows, &mut states) {
+            match read_room(&project, &mut groups, &windows, (&mut states, &mut shaded)) {
                 Ok((s, w)) => (scene, weather) = (Some(Arc::new(s)), Some(Arc::new(w))),
                 Err(e) => notes.push(format!("the room's outline and the sun are not shown: {e}")),
             }
@@ -152,7 +155,21 @@ impl Results {
             summary["device"]["name"].as_str().unwrap_or("?")
         );
         let phases = summary["phases"].as_u64().unwrap_or(3);
-        Ok(Self { folder: folder.to_path_buf(), title, stamps, groups, views, glare, windows, states, phases, scene, weather, notes })
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            title,
+            stamps,
+            groups,
+            views,
+            glare,
+            windows,
+            states,
+            shaded,
+            phases,
+            scene,
+            weather,
+            notes,
+        })
     }
 
     /// A year of illuminance from a matrix file alone.
@@ -171,6 +188,7 @@ impl Results {
             glare: Vec::new(),
             windows: Vec::new(),
             states: HashMap::new(),
+            shaded: HashSet::new(),
             phases: 3,
             scene: None,
             weather: None,
@@ -300,7 +318,7 @@ fn read_room(
     project: &Path,
     groups: &mut [Group],
     windows: &[String],
-    states: &mut HashMap<String, Vec<PathBuf>>,
+    (states, shaded): (&mut HashMap<String, Vec<PathBuf>>, &mut HashSet<String>),
 ) -> Result<(Scene, Weather)> {
     let project = Project::read(project)?;
     let mut warnings = Warnings::new();
@@ -308,10 +326,15 @@ fn read_room(
     let base = project.folder();
     let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
     let mut scene = lucarne::scene::read_scene(&files, base, &mut warnings)?;
-    for window in project.windows.iter().filter(|w| w.states.len() > 1) {
+    for window in &project.windows {
         // A section of several windows names each after itself.
-        let own = windows.iter().filter(|n| **n == window.name || n.starts_with(&format!("{}-", window.name)));
-        states.extend(own.map(|n| (n.clone(), window.states[1..].to_vec())));
+        let own = || windows.iter().filter(|n| **n == window.name || n.starts_with(&format!("{}-", window.name)));
+        if window.states.len() > 1 {
+            states.extend(own().map(|n| (n.clone(), window.states[1..].to_vec())));
+        }
+        if window.shade.is_some() {
+            shaded.extend(own().cloned());
+        }
     }
     // Windows are part of the outline.
     for window in &project.windows {

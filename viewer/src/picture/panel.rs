@@ -205,6 +205,10 @@ impl PicturePanel {
                         }
                     }
                 });
+                if j.partial {
+                    let text = "The view is no hemisphere: Ev and DGP lack what lies outside it, and are too low.";
+                    ui.add(egui::Label::new(RichText::new(text).color(ui.visuals().warn_fg_color)).wrap());
+                }
                 if let Some(l) = j.glare.task_luminance {
                     ui.label(format!("Task {} cd/m², threshold {} cd/m²", rounded_number(l), rounded_number(j.glare.threshold)));
                 }

@@ -2,7 +2,9 @@
 
 mod carpet;
 mod dome;
+mod facade;
 mod hour;
+mod lines;
 pub mod model;
 mod panel;
 pub mod scrub;

@@ -42,6 +42,8 @@ pub struct Shown {
     pub(super) wish: Wish,
     pub(super) file: PictureFile,
     pub(super) whole: bool,
+    /// Whether its sun is as traced (five phases).
+    pub(super) traced: bool,
     pub(super) seconds: f64,
     /// End of an automatic scale.
     pub(super) maximum: f64,
@@ -191,10 +193,10 @@ impl YearPanel {
         scrubber.wish(self.states.wish(view.hour, &view.fractions));
         for answer in scrubber.answers() {
             match answer {
-                Answer::Picture { wish, file, whole, seconds } => {
+                Answer::Picture { wish, file, whole, traced, seconds } => {
                     let maximum = file.typical_maximum();
                     let mean = file.luminance.iter().map(|v| f64::from(*v)).sum::<f64>() / file.luminance.len().max(1) as f64;
-                    self.shown = Some(Shown { wish, file: *file, whole, seconds, maximum, mean });
+                    self.shown = Some(Shown { wish, file: *file, whole, traced, seconds, maximum, mean });
                 }
                 Answer::Glare { wish, judged } => self.glare = Some((wish, judged.map(|j| *j))),
                 Answer::Failed(error) => self.failed = Some(error.to_string()),

@@ -1,22 +1,24 @@
-//! The hour's picture while dragging: `V · T·D·S` of one hour, by a worker that always takes the
-//! newest wish.
+//! The hour's picture while dragging: `V · T·D·S` of one hour, with five phases
+//! `(V − Vd) · TDS + Vd · (TDS − TDdSds)` and the pixels that the traced sun lights, by a worker that
+//! always takes the newest wish.
 
+use super::facade::Facade;
+use super::lines::{Lines, native};
 use crate::picture::model::{Judge, Judged, PictureFile};
 use crate::results::{Results, ViewFile};
 use eframe::egui;
 use lucarne::image::Picture;
 use lucarne::kernels::product::{self, Arrangement, Factor, Multiplier};
+use lucarne::kernels::sun_matrix::pixels::SparsePicture;
 use lucarne::matrix::Matrix;
-use lucarne::matrix::file::read_matrix;
 use lucarne::matrix::rows::MatrixRows;
+use lucarne::simulate::sun_pictures::SunPictures;
 use lucarne::{Error, Result};
-use rayon::prelude::*;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-/// Rows of V read at a time.
-const BAND: usize = 4096;
 /// How often an unfinished picture is shown while V is read.
 const PARTIAL: Duration = Duration::from_millis(250);
 /// How long dragging must rest before glare is looked for.
@@ -33,10 +35,18 @@ pub struct Wish {
     pub states: (u64, Arc<Vec<Option<Matrix<f32>>>>),
 }
 
+impl Wish {
+    /// How much of a window is still in its first state.
+    pub fn share(&self, window: usize) -> f64 {
+        let has_second = self.states.1.get(window).is_some_and(Option::is_some);
+        1.0 - self.fractions.get(window).filter(|_| has_second).map_or(0.0, |f| f.clamp(0.0, 1.0))
+    }
+}
+
 /// What comes back.
 pub enum Answer {
-    /// A picture; whether all of it is there, and how long it took.
-    Picture { wish: Wish, file: Box<PictureFile>, whole: bool, seconds: f64 },
+    /// A picture; whether all of it is there, whether its sun is as traced, and how long it took.
+    Picture { wish: Wish, file: Box<PictureFile>, whole: bool, traced: bool, seconds: f64 },
     /// Its glare, if the view has any.
     Glare { wish: Wish, judged: Option<Box<Judged>> },
     /// What went wrong; the worker has ended.
@@ -92,89 +102,6 @@ impl Scrubber {
     }
 }
 
-/// Light that leaves the windows into the room: the product T·D·S of one hour.
-pub struct Facade {
-    windows: Vec<(Matrix<f32>, Matrix<f32>)>,
-    sky: Matrix<f32>,
-}
-
-impl Facade {
-    /// Reads the matrices of all windows and the sky.
-    pub fn read(results: &Results) -> Result<Self> {
-        let read = |name: String| read_matrix(&results.matrix(&name)).map(|f| f.matrix);
-        let windows: Result<Vec<_>> = results.windows.iter().map(|w| Ok((read(format!("T_{w}"))?, read(format!("D_{w}"))?))).collect();
-        let facade = Self { windows: windows?, sky: read("S".into())? };
-        for (name, (t, d)) in results.windows.iter().zip(&facade.windows) {
-            let fits = t.cols() == d.rows() && d.cols() == facade.sky.rows() && d.components() == 3 && t.components() == 3;
-            if !fits || facade.sky.components() != 3 {
-                return Err(Error::new(format!("the matrices of window '{name}' do not fit each other"))
-                    .file(&results.folder)
-                    .help("run the project again"));
-            }
-        }
-        Ok(facade)
-    }
-
-    /// T of a window between its two states.
-    fn transmission(&self, index: usize, wish: &Wish) -> Matrix<f32> {
-        let first = &self.windows[index].0;
-        let fraction = wish.fractions.get(index).copied().unwrap_or(0.0) as f32;
-        match wish.states.1.get(index).and_then(Option::as_ref) {
-            Some(second) if fraction > 0.0 && second.data().len() == first.data().len() => {
-                let mixed = first.data().iter().zip(second.data()).map(|(a, b)| a + (b - a) * fraction).collect();
-                Matrix::from_data(first.rows(), first.cols(), 3, mixed).unwrap_or_else(|_| first.clone())
-            }
-            _ => first.clone(),
-        }
-    }
-
-    /// `[bin][rgb]` of one hour, the bins of all windows.
-    pub fn light(&self, wish: &Wish) -> Vec<f32> {
-        let column: Vec<[f32; 3]> =
-            (0..self.sky.rows()).map(|p| <[f32; 3]>::try_from(self.sky.at(p, wish.hour)).unwrap_or_default()).collect();
-        let mut light = Vec::new();
-        for (i, (_, d)) in self.windows.iter().enumerate() {
-            let arriving = apply(d, &column);
-            let t = self.transmission(i, wish);
-            light.extend(apply(&t, &arriving).into_iter().flatten());
-        }
-        light
-    }
-
-    /// T·D of all windows, one below the other.
-    pub fn transmitted(&self, wish: &Wish) -> Result<Matrix<f32>> {
-        let mut data = Vec::new();
-        for (i, (_, d)) in self.windows.iter().enumerate() {
-            data.extend(product::chain(&product::Native, &[&self.transmission(i, wish), d])?.into_data());
-        }
-        let cols = self.sky.rows();
-        Matrix::from_data(data.len() / (cols * 3).max(1), cols, 3, data)
-    }
-
-    /// Illuminance `[sensor][hour]` of a group of sensors.
-    pub fn illuminance(&self, view: &Matrix<f32>, wish: &Wish) -> Result<Matrix<f32>> {
-        let rgb = product::chain(&product::Native, &[view, &self.transmitted(wish)?, &self.sky])?;
-        let lux = rgb
-            .data()
-            .chunks_exact(3)
-            .map(|v| v.iter().zip(lucarne::units::ILLUMINANCE_WEIGHTS).map(|(a, w)| f64::from(*a) * w).sum::<f64>() as f32);
-        Matrix::from_data(rgb.rows(), rgb.cols(), 1, lux.collect())
-    }
-}
-
-fn apply(m: &Matrix<f32>, x: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let row = |r: usize| {
-        let mut sum = [0.0f64; 3];
-        for (m, x) in m.row(r).chunks_exact(3).zip(x) {
-            for c in 0..3 {
-                sum[c] += f64::from(m[c]) * f64::from(x[c]);
-            }
-        }
-        sum.map(|v| v as f32)
-    };
-    (0..m.rows()).into_par_iter().map(row).collect()
-}
-
 /// V ready for products with one column.
 enum Engine {
     /// On the processor: a third of the memory where all three channels are the same.
@@ -184,6 +111,18 @@ enum Engine {
 }
 
 impl Engine {
+    /// The fastest for all lines of a view.
+    fn new(lines: Lines, pixels: usize) -> Result<Self> {
+        let (terms, grey) = (lines.terms(), lines.grey);
+        let multiplier = product::choose(None)?;
+        if multiplier.description().starts_with("native") {
+            return Ok(Self::Native { values: lines.values, grey });
+        }
+        let all = if grey { lines.values.iter().flat_map(|v| [*v; 3]).collect() } else { lines.values };
+        let left = multiplier.left(pixels, terms, 3, all.into())?;
+        Ok(Self::Device { multiplier, left })
+    }
+
     /// The picture of one hour, `[pixel][rgb]`.
     fn picture(&self, light: &[f32], pixels: usize) -> Result<Vec<[f32; 3]>> {
         match self {
@@ -198,126 +137,109 @@ impl Engine {
     }
 }
 
-/// Lanes summed side by side; a multiple of three, so that channels do not mix.
-const LANES: usize = 24;
-
-fn native(values: &[f32], grey: bool, light: &[f32]) -> Vec<[f32; 3]> {
-    let bins = light.len() / 3;
-    if bins == 0 {
-        return Vec::new();
-    }
-    if grey {
-        let channels: [Vec<f32>; 3] = std::array::from_fn(|c| light.iter().skip(c).step_by(3).copied().collect());
-        return values.par_chunks_exact(bins).with_min_len(256).map(|row| [0, 1, 2].map(|c| dot(row, &channels[c]))).collect();
-    }
-    let pixel = |row: &[f32]| {
-        let mut lanes = [0.0f32; LANES];
-        let (rows, row_rest) = row.as_chunks::<LANES>();
-        let (lights, light_rest) = light.as_chunks::<LANES>();
-        for (a, b) in rows.iter().zip(lights) {
-            for i in 0..LANES {
-                lanes[i] += a[i] * b[i];
-            }
-        }
-        for (i, (a, b)) in row_rest.iter().zip(light_rest).enumerate() {
-            lanes[i] += a * b;
-        }
-        let mut rgb = [0.0; 3];
-        lanes.iter().enumerate().for_each(|(i, v)| rgb[i % 3] += v);
-        rgb
-    };
-    values.par_chunks_exact(3 * bins).with_min_len(256).map(pixel).collect()
-}
-
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut lanes = [0.0f32; 16];
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
-    for (a, b) in a.iter().zip(b) {
-        for i in 0..16 {
-            lanes[i] += a[i] * b[i];
-        }
-    }
-    lanes.iter().sum::<f32>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f32>()
-}
-
 /// The newest of several wishes.
 fn newest(first: Wish, wanted: &Receiver<Wish>) -> Wish {
     wanted.try_iter().last().unwrap_or(first)
 }
 
-fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn Fn(Answer) -> bool) -> Result<()> {
-    let Ok(mut wish) = wanted.recv() else { return Ok(()) };
-    let facade = Facade::read(results)?;
-    let bins: usize = facade.windows.iter().map(|(t, _)| t.rows()).sum();
-    if bins != view.bins {
-        return Err(Error::new(format!("the view matrix has {} columns, the windows have {bins} bins", view.bins))
-            .file(&view.matrix)
-            .help("run the project again"));
+/// What the light of an hour is made of: that of the windows, and the sun's own.
+struct Sunlight {
+    facade: Facade,
+    /// With five phases: what the suns put into this view.
+    suns: Option<SunPictures>,
+}
+
+impl Sunlight {
+    fn read(results: &Results, view: &ViewFile) -> Result<Self> {
+        let facade = Facade::read(results)?;
+        let bins = facade.bins();
+        if bins != view.bins {
+            return Err(Error::new(format!("the view matrix has {} columns, the windows have {bins} bins", view.bins))
+                .file(&view.matrix)
+                .help("run the project again"));
+        }
+        let suns = SunPictures::open(&view.matrix.with_file_name(format!("C_{}.suns", view.name))).ok();
+        let rows = MatrixRows::open(&direct_path(view)).ok().flatten();
+        let fits = rows.is_some_and(|r| (r.rows(), r.cols(), r.components()) == (view.width * view.height, bins, 3));
+        let suns = suns.filter(|_| fits && facade.has_suns()).map(|kept| kept.pictures);
+        Ok(Self { facade, suns })
     }
-    let pixels = view.width * view.height;
-    let start = Instant::now();
-    let answer = |wish: &Wish, rgb: Vec<[f32; 3]>, whole: bool, start: Instant| -> Result<Answer> {
-        let mut picture = Picture::new(view.width, view.height, rgb)?;
-        picture.view.clone_from(&view.options);
-        let file = Box::new(PictureFile::of_picture(&view.matrix, picture));
-        Ok(Answer::Picture { wish: wish.clone(), file, whole, seconds: start.elapsed().as_secs_f64() })
-    };
-    // While V is read, the picture grows from the top.
-    let mut rows = MatrixRows::open(&view.matrix)?.ok_or_else(|| Error::new("a text matrix cannot be scrubbed").file(&view.matrix))?;
-    let (mut values, mut grey) = (Vec::with_capacity(pixels * bins), true);
-    let mut light = facade.light(&wish);
-    let (mut rgb, mut band) = (vec![[0.0f32; 3]; pixels], Vec::new());
-    let (mut done, mut shown) = (0, Instant::now());
-    while rows.read(BAND, &mut band)? > 0 {
-        if grey && !band.as_chunks::<3>().0.iter().all(|[r, g, b]| r == g && g == b) {
-            grey = false;
-            values = values.iter().flat_map(|v| [*v; 3]).collect();
-            values.reserve(pixels * bins * 3 - values.len());
-        }
-        let part = native(&band, false, &light);
-        rgb[done..done + part.len()].copy_from_slice(&part);
-        done += part.len();
-        if grey {
-            values.extend(band.iter().step_by(3))
-        } else {
-            values.extend_from_slice(&band)
-        }
-        if shown.elapsed() > PARTIAL {
-            shown = Instant::now();
-            if send(answer(&wish, rgb.clone(), false, start)?) {
-                return Ok(());
+
+    /// Light for V, or for V − Vd beside Vd, and the sun's pixels; whether the sun is as traced.
+    fn of(&self, wish: &Wish) -> (Vec<f32>, SparsePicture, bool) {
+        let mut light = self.facade.light(wish);
+        let Some(suns) = &self.suns else { return (light, Vec::new(), false) };
+        // An hour whose sun was not traced stays three-phase.
+        let (rest, sun, traced) = match suns.sun_picture(wish.hour) {
+            Ok(sun) => (self.facade.straight_light(wish, &light), sun, true),
+            Err(_) => (light.clone(), Vec::new(), false),
+        };
+        light.extend(rest);
+        (light, sun, traced)
+    }
+
+    /// Adds the sun's pixels.
+    fn add(&self, wish: &Wish, sun: &SparsePicture, rgb: &mut [[f32; 3]]) {
+        let share = self.facade.sun_share(wish);
+        for (pixel, value) in sun {
+            if let Some(to) = rgb.get_mut(*pixel as usize) {
+                (0..3).for_each(|c| to[c] += share * value[c]);
             }
         }
     }
-    if send(answer(&wish, rgb, true, start)?) {
-        return Ok(());
-    }
-    let multiplier = product::choose(None)?;
-    let engine = if multiplier.description().starts_with("native") {
-        Engine::Native { values, grey }
-    } else {
-        let all = if grey { values.iter().flat_map(|v| [*v; 3]).collect() } else { values };
-        let left = multiplier.left(pixels, bins, 3, all.into())?;
-        Engine::Device { multiplier, left }
+}
+
+/// The file of Vd.
+fn direct_path(view: &ViewFile) -> PathBuf {
+    view.matrix.with_file_name(format!("V_{}_direct.mtx", view.name))
+}
+
+fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn Fn(Answer) -> bool) -> Result<()> {
+    let Ok(mut wish) = wanted.recv() else { return Ok(()) };
+    let mut start = Instant::now();
+    let sunlight = Sunlight::read(results, view)?;
+    let pixels = view.width * view.height;
+    let file = |rgb: Vec<[f32; 3]>| -> Result<PictureFile> {
+        let mut picture = Picture::new(view.width, view.height, rgb)?;
+        picture.view.clone_from(&view.options);
+        Ok(PictureFile::of_picture(&view.matrix, picture))
     };
+    // While V is read, the picture becomes finer.
+    let mut lines = Lines::new(view, sunlight.suns.as_ref().map(|_| direct_path(view)));
+    let mut shown: Option<Instant> = None;
+    while lines.read()? {
+        if shown.is_none_or(|at| at.elapsed() > PARTIAL) {
+            wish = newest(wish, wanted);
+            let (light, sun, traced) = sunlight.of(&wish);
+            let mut rgb = lines.picture(&light);
+            sunlight.add(&wish, &sun, &mut rgb);
+            let seconds = start.elapsed().as_secs_f64();
+            if send(Answer::Picture { wish: wish.clone(), file: Box::new(file(rgb)?), whole: false, traced, seconds }) {
+                return Ok(());
+            }
+            shown = Some(Instant::now());
+        }
+    }
+    let engine = Engine::new(lines, pixels)?;
     let mut judge: Option<Judge> = None;
     loop {
+        let (light, sun, traced) = sunlight.of(&wish);
+        let mut rgb = engine.picture(&light, pixels)?;
+        sunlight.add(&wish, &sun, &mut rgb);
+        let picture = file(rgb)?;
+        let seconds = start.elapsed().as_secs_f64();
+        if send(Answer::Picture { wish: wish.clone(), file: Box::new(picture.clone()), whole: true, traced, seconds }) {
+            return Ok(());
+        }
         // The glare of what is shown is worth its time only when the dragging has stopped.
         let next = match wanted.recv_timeout(PAUSE) {
-            Ok(next) => Some(next),
+            Ok(next) => next,
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
-            Err(RecvTimeoutError::Timeout) => None,
-        };
-        let next = match next {
-            Some(next) => next,
-            None => {
-                let mut picture = Picture::new(view.width, view.height, engine.picture(&light, pixels)?)?;
-                picture.view.clone_from(&view.options);
-                let file = PictureFile::of_picture(&view.matrix, picture);
+            Err(RecvTimeoutError::Timeout) => {
                 if judge.is_none() {
-                    judge = Judge::new(&file, 2000.0, None).ok();
+                    judge = Judge::new(&picture, 2000.0, None).ok();
                 }
-                let judged = judge.as_ref().and_then(|j| j.judge(&file).ok()).map(Box::new);
+                let judged = judge.as_ref().and_then(|j| j.judge(&picture).ok()).map(Box::new);
                 if send(Answer::Glare { wish: wish.clone(), judged }) {
                     return Ok(());
                 }
@@ -327,13 +249,8 @@ fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn 
                 }
             }
         };
-        let start = Instant::now();
+        start = Instant::now();
         wish = newest(next, wanted);
-        light = facade.light(&wish);
-        let rgb = engine.picture(&light, pixels)?;
-        if send(answer(&wish, rgb, true, start)?) {
-            return Ok(());
-        }
     }
 }
 
@@ -341,24 +258,66 @@ fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn 
 mod tests {
     use super::*;
 
+    /// A day in the room with blinds as `lucarne run` has it, and the same from the matrices.
     #[test]
-    fn the_fast_sums_are_those_of_f64() {
-        for bins in [1usize, 7, 16, 145, 290] {
-            let number = |i: usize| ((i * 7919 % 1013) as f32) / 1013.0;
-            let light: Vec<f32> = (0..3 * bins).map(|i| number(i + 5)).collect();
-            let values: Vec<f32> = (0..3 * bins * 300).map(number).collect();
-            let found = native(&values, false, &light);
-            let grey_values: Vec<f32> = (0..bins * 300).map(number).collect();
-            let grey = native(&grey_values, true, &light);
-            assert_eq!((found.len(), grey.len()), (300, 300));
-            for p in [0, 17, 299] {
-                for c in 0..3 {
-                    let exact: f64 = (0..bins).map(|b| f64::from(values[(p * bins + b) * 3 + c]) * f64::from(light[3 * b + c])).sum();
-                    assert!((f64::from(found[p][c]) - exact).abs() <= 1e-5 * exact);
-                    let exact: f64 = (0..bins).map(|b| f64::from(grey_values[p * bins + b]) * f64::from(light[3 * b + c])).sum();
-                    assert!((f64::from(grey[p][c]) - exact).abs() <= 1e-5 * exact);
-                }
+    fn pictures_of_five_phases_are_those_of_the_run() {
+        let Ok(device) = lucarne::gpu::Device::shared() else {
+            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "no device");
+            eprintln!("SKIPPED pictures of five phases: no device");
+            return;
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/blinds");
+        let weather: String = (0..24).map(|h| format!("1 15 {h}.5 {} 120\n", if h > 8 && h < 17 { 700 } else { 0 })).collect();
+        let header = "place Test\nlatitude 40.78\nlongitude 73.97\ntime_zone 75\nsite_elevation 0\nweather_data_file_units 1\n";
+        std::fs::write(folder.path().join("w.wea"), format!("{header}{weather}")).unwrap();
+        let text = std::fs::read_to_string(format!("{scene}/project.toml")).unwrap();
+        let text = ["room.rad", "window.rad", "blind.xml", "blinds.rad", "points.txt", "views/seat.vf"]
+            .iter()
+            .fold(text, |text, file| text.replace(&format!("\"{file}\""), &format!("\"{scene}/{file}\"")))
+            .replace("../office/weather/new_york.wea", "w.wea")
+            .replace("[300, 4716]", "[11, 13]")
+            .replace("[96, 96]", "[32, 32]")
+            .replace("[glare]                             # DGP of every hour, suns as traced\nmethod = \"image\"\n", "")
+            .replace("\"standard\"", "\"draft\"");
+        let project = folder.path().join("project.toml");
+        std::fs::write(&project, text).unwrap();
+        let project = lucarne::simulate::Project::read(&project).unwrap();
+        let mut warnings = lucarne::Warnings::new();
+        let inputs = lucarne::simulate::Inputs::read(&project, &mut warnings).unwrap();
+        let out = folder.path().join("out");
+        lucarne::simulate::run(&device, &project, &inputs, &out, &lucarne::progress::Silent, &mut warnings).unwrap();
+        let results = Results::open(&out).unwrap();
+        let view = &results.views[0];
+        let sunlight = Sunlight::read(&results, view).unwrap();
+        assert!(sunlight.suns.is_some(), "{:?}", results.notes);
+        let mut lines = Lines::new(view, Some(direct_path(view)));
+        while lines.read().unwrap() {}
+        let engine = Engine::new(lines, view.width * view.height).unwrap();
+        let render = |hour: usize, fraction: f64, state: Option<Matrix<f32>>| {
+            let wish = Wish { hour, fractions: vec![fraction], states: (0, Arc::new(vec![state])) };
+            let (light, sun, traced) = sunlight.of(&wish);
+            let mut rgb = engine.picture(&light, view.width * view.height).unwrap();
+            sunlight.add(&wish, &sun, &mut rgb);
+            (rgb, traced)
+        };
+        for hour in [11, 13] {
+            let stored = lucarne::image::hdr::read(&out.join(format!("images/seat/img_{hour:04}.hdr"))).unwrap();
+            let (found, traced) = render(hour, 0.0, None);
+            assert!(traced);
+            let most = stored.pixels.iter().flatten().copied().fold(0.0, f32::max);
+            for (a, b) in found.iter().zip(&stored.pixels) {
+                // RGBE has 8 bits for the largest channel.
+                assert!((0..3).all(|c| (a[c] - b[c]).abs() <= 0.01 * b.iter().copied().fold(0.0, f32::max) + 1e-6 * most), "{a:?} {b:?}");
             }
+        }
+        // Another hour of sun was not traced.
+        assert!(!render(15, 0.0, None).1);
+        // The whole other state has no shade; half way is half of both.
+        let other = lucarne::matrix::file::read_matrix(&results.matrix("T_south")).unwrap().matrix.map(|v| v * 0.5);
+        let [first, half, second] = [0.0, 0.5, 1.0].map(|f| render(11, f, Some(other.clone())).0);
+        for ((a, b), c) in first.iter().zip(&half).zip(&second) {
+            assert!((b[1] - 0.5 * (a[1] + c[1])).abs() <= 1e-4 * (a[1] + c[1]), "{a:?} {b:?} {c:?}");
         }
     }
 }

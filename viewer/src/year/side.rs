@@ -132,10 +132,17 @@ impl YearPanel {
     /// What the picture is not: said where the illuminance has more phases.
     fn phases_note(&self, ui: &mut egui::Ui, results: &Results) {
         if results.phases > 3 {
-            let text = format!(
-                "The illuminance is that of {} phases. Pictures, and other states of the façade, are of three: without the sharp sun.",
-                results.phases
-            );
+            let text = match &self.shown {
+                Some(shown) if shown.traced && results.shaded.len() > 1 => {
+                    "Five phases, with the traced sun. Where windows with shades are in different states, the sun has their mean share."
+                }
+                Some(shown) if shown.traced => {
+                    "Five phases, with the traced sun. A second state of a window has no shade: there the sun comes from the sky's patches."
+                }
+                _ => {
+                    "The illuminance is that of five phases. This picture is of three, without the sharp sun: [glare] in the project has the suns of all hours traced."
+                }
+            };
             ui.add(egui::Label::new(RichText::new(text).small().weak()).wrap());
         }
     }

@@ -1,6 +1,7 @@
 //! States of the façade: a second BSDF per window, and everything in between.
 
-use super::scrub::{Facade, Wish};
+use super::facade::Facade;
+use super::scrub::Wish;
 use crate::bsdf::model::BsdfFile;
 use crate::job::Derived;
 use crate::results::Results;
@@ -109,6 +110,18 @@ fn illuminance(results: &Results, wish: &Wish) -> Result<Vec<Arc<Matrix<f32>>>> 
     results
         .groups
         .iter()
-        .map(|g| Ok(Arc::new(facade.illuminance(&read_matrix(&results.matrix(&format!("V_{}", g.name)))?.matrix, wish)?)))
+        .map(|g| {
+            let view = read_matrix(&results.matrix(&format!("V_{}", g.name)))?.matrix;
+            let traced = facade.has_suns().then(|| traced_suns(results, &g.name)).flatten();
+            Ok(Arc::new(facade.illuminance(&view, wish, traced.as_ref())?))
+        })
         .collect()
+}
+
+/// What five phases add to three in the stored state, lx `[sensor][hour]`: Cds·Ssun − Vd·T·Dd·Sds.
+fn traced_suns(results: &Results, group: &str) -> Option<Matrix<f32>> {
+    let term = |name: &str| read_matrix(&results.folder.join(format!("illuminance/terms/{group}_{name}.mtx"))).ok().map(|f| f.matrix);
+    let (sun, direct) = (term("sun")?, term("direct")?);
+    let data = sun.data().iter().zip(direct.data()).map(|(sun, direct)| sun - direct).collect();
+    Matrix::from_data(sun.rows(), sun.cols(), 1, data).ok()
 }
