@@ -116,6 +116,41 @@ fn standard_quality_meets_two_percent_on_every_shipped_scene() {
     }
 }
 
+#[test]
+fn a_sweep_measures_error_against_time() {
+    use lucarne::simulate::tradeoff::{Knob, Sweep, write};
+    let Some(device) = device() else { return };
+    let (project, mut inputs) = scene("asymmetric");
+    inputs.sensors[0].sensors.truncate(3);
+    let folder = tempfile::tempdir().unwrap();
+    let knobs = vec![Knob::Samples(1.0 / 64.0), Knob::Samples(0.25), Knob::Sky(1, 1.0 / 64.0)];
+    let sweep = Sweep { device: &device, project: &project, inputs: &inputs, folder: folder.path(), knobs };
+    let mut asked = 0;
+    let points = sweep
+        .run(&Silent, &mut Warnings::new(), &mut |reference, _| {
+            asked += 1;
+            assert_eq!(reference.project.method.sky.subdivision(), 4);
+            Ok(Vec::new())
+        })
+        .unwrap();
+    assert_eq!((points.len(), asked), (3, 1));
+    let error = |i: usize| points[i].illuminance.unwrap().hourly;
+    eprintln!("1/64: {:.2} %, 1/4: {:.2} %, a coarse sky: {:.2} %", 100.0 * error(0), 100.0 * error(1), 100.0 * error(2));
+    // Fewer samples are worse by the root of their number, or more; a coarse sky spreads the sun.
+    assert!(error(0) > 2.0 * error(1) && error(1) > 0.0 && error(2) > error(1));
+    let choice = write(folder.path(), "asymmetric", &points).unwrap();
+    assert!(choice.front.contains(&1) && choice.recommended.is_some());
+    let table = std::fs::read_to_string(folder.path().join("tradeoff.csv")).unwrap();
+    assert_eq!(table.lines().count(), 4);
+    assert!(table.lines().nth(2).unwrap().starts_with("lucarne,samples,1/4,"), "{table}");
+    assert!(folder.path().join("tradeoff.png").is_file() && folder.path().join("tradeoff.svg").is_file());
+    assert!(!folder.path().join("run").exists(), "the runs' files are removed");
+    // Interrupted: nothing half-written stays.
+    let stopped = sweep.run(&StopAfter(AtomicUsize::new(8)), &mut Warnings::new(), &mut |_, _| Ok(Vec::new()));
+    assert!(stopped.is_err_and(|e| e.to_string().contains("stopped")));
+    assert!(!folder.path().join("run").exists());
+}
+
 /// Stops after so many updates.
 struct StopAfter(AtomicUsize);
 

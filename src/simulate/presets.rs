@@ -115,5 +115,14 @@ pub fn sun_options(project: &Project) -> SunOptions {
         Preset::Standard => (standard.disc_samples, standard.paths * 8),
         Preset::Final => (standard.disc_samples * 4, standard.paths * 32),
     };
-    SunOptions { disc_samples, paths, seed: seed(project, 0, 0), ..standard }
+    let scaled = |n: u32| ((f64::from(n) * sun_scale(project)) as u32).max(1);
+    SunOptions { disc_samples: scaled(disc_samples), paths: scaled(paths), seed: seed(project, 0, 0), ..standard }
+}
+
+/// Suns are sampled once, so as much as the target asks for: standard samples leave about 1.2 % of a
+/// year in the shipped room with blinds, of which a target below 2 % gets three fifths.
+fn sun_scale(project: &Project) -> f64 {
+    const MOST: f64 = 16.0;
+    let quality = &project.quality;
+    quality.target_error.map_or(quality.scale, |target| (0.02 / target).powi(2).max(1.0)).min(MOST)
 }

@@ -22,7 +22,7 @@ pub struct Programs {
 }
 
 /// Ambient divisions of V and rays per bin of D, from coarse to fine.
-const SETTINGS: [(u32, u32); 3] = [(1000, 50), (5000, 200), (20_000, 500)];
+const SETTINGS: [(u32, u32); 3] = [(1000, 25), (5000, 100), (20_000, 250)];
 
 impl Programs {
     /// What is on PATH.

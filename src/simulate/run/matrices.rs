@@ -104,7 +104,12 @@ impl Run<'_> {
         let sun = if straight { Some(self.sun_alone()?) } else { None };
         let judge = |estimates: &[Estimate]| {
             let (view, daylight) = (&estimates[0], &estimates[1..]);
-            Ok(Chain { inputs, view, daylight, sky, sun: sun.as_ref() }.judge())
+            let mut judgement = Chain { inputs, view, daylight, sky, sun: sun.as_ref() }.judge();
+            if straight {
+                // Room for the suns' own error: 0.8² + 0.6² = 1.
+                judgement.error /= 0.8;
+            }
+            Ok(judgement)
         };
         let (mut estimates, traced) = sample(&sources, stop, self.store, self.progress, &judge)?;
         let fingerprints: Vec<Fingerprint> = sources.iter().map(|s| s.inputs).collect();
