@@ -258,6 +258,40 @@ fn states_and_points_share_matrices_and_give_a_result_each() {
 }
 
 #[test]
+fn several_rooms_share_matrices_and_have_one_table() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let states = WINDOWS.replacen("bsdf = \"bsdf/blind.xml\"", "states = [\"bsdf/blind.xml\", \"bsdf/double_clear.xml\"]", 1);
+    let clear = WINDOWS.replacen("bsdf/blind.xml", "bsdf/double_clear.xml", 1);
+    let glare = "method = \"dgps\"";
+    let files = [("blinds", WINDOWS), ("clear", &clear), ("both", &states)].map(|(name, windows)| {
+        let file = project(folder.path(), &format!("{name}.toml"), windows, glare);
+        file.to_str().unwrap().to_string()
+    });
+    let out = folder.path().join("out");
+    let text = lucarne(&["run", &files[0], &files[1], &files[2], "-o", out.to_str().unwrap()]);
+    assert!(text.contains("all 3 rooms"), "{text}");
+    let annual = csv(&out.join("glare/annual.csv"));
+    let column = |row: &HashMap<String, String>| ["room", "view", "state"].map(|n| row[n].clone()).join(" ");
+    let rows: Vec<String> = annual.iter().map(column).collect();
+    assert_eq!(rows, ["blinds desk ", "clear desk ", "both desk blind", "both desk double_clear"]);
+    // One office with three façades: all is computed once, and the numbers are those of each alone.
+    let summary =
+        |room: &str| -> serde_json::Value { serde_json::from_slice(&std::fs::read(out.join(room).join("summary.json")).unwrap()).unwrap() };
+    assert!(summary("blinds")["matrices"].as_array().unwrap().iter().all(|m| m["reused"] == false));
+    for room in ["clear", "both"] {
+        assert!(summary(room)["matrices"].as_array().unwrap().iter().all(|m| m["reused"] == true), "{room}");
+        assert_eq!(summary(room)["rays"], 0);
+    }
+    let year = |path: &str| std::fs::read(out.join(path)).unwrap();
+    assert!(year("both/glare/blind/desk.csv") == year("blinds/glare/desk.csv"));
+    assert!(year("both/glare/double_clear/desk.csv") == year("clear/glare/desk.csv"));
+    assert!(year("clear/glare/desk.csv") != year("blinds/glare/desk.csv"));
+}
+
+#[test]
 fn faults_of_the_section_are_answered_with_line_and_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let complaint = |windows: &str, glare: &str| {

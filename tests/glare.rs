@@ -525,6 +525,27 @@ fn bad_input_is_answered_with_a_remedy() {
     let black = path("black.hdr");
     Scene::new(64, 0.0).write(Path::new(&black));
     works(&[&black], &[]);
+    // Not a number, infinite, negative; and thousands of sources of one pixel.
+    let float = |name: &str, change: &dyn Fn(usize, &mut [f32; 3])| {
+        let mut pixels = pixels.clone();
+        pixels.iter_mut().enumerate().for_each(|(i, p)| change(i, p));
+        let mut picture = Picture::new(64, 64, pixels).unwrap();
+        picture.view = Some(FISHEYE.to_string());
+        let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
+        let _ = exr::write(Path::new(&path(name)), &picture, options, &mut Warnings::new());
+        path(name)
+    };
+    for (name, value) in [("nan.exr", f32::NAN), ("infinite.exr", f32::INFINITY)] {
+        let file = float(name, &|i, p| p[1] = if i == 64 * 32 + 32 { value } else { p[1] });
+        if Path::new(&file).exists() {
+            fails(&[&file], &[name, "finite"]);
+        }
+    }
+    let dots = float("dots.exr", &|i, p| *p = [if (i % 64) % 2 == 0 && (i / 64) % 2 == 0 { 100.0 } else { 1.0 }; 3]);
+    works(&["-r", "0.01", &dots], &["search radius"]);
+    let output = lucarne(&["-r", "0.01", &dots]);
+    let sources: usize = table(&output)[0]["sources"].parse().unwrap();
+    assert!(sources > 700, "{sources}");
     // The others' results are printed when one picture is at fault.
     let output = lucarne(&[&fine, &path("missing.hdr"), &black]);
     assert!(!output.status.success());

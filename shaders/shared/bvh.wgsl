@@ -51,7 +51,12 @@ fn intersect_triangle(triangle: u32, origin: vec3<f32>, frame: mat3x3<f32>, near
         return TriangleHit(FAR_AWAY, vec2<f32>(0.0));
     }
     let scale = 1.0 / determinant;
-    let distance = a.z * (u * scale) + b.z * (v * scale) + c.z * (w * scale);
+    // The shares of long or thin triangles are rounded to a place beside the ray, in the plane all the
+    // same: from there along the plane to the ray. A ray that leaves a large plane at a low angle would
+    // else meet it again.
+    let beside = a * (u * scale) + b * (v * scale) + c * (w * scale);
+    let normal = cross(b - a, c - a);
+    let distance = beside.z + dot(normal.xy, beside.xy) / normal.z;
     if !(distance > 0.0 && distance < nearest) {
         return TriangleHit(FAR_AWAY, vec2<f32>(0.0));
     }

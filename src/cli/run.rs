@@ -2,16 +2,20 @@
 
 use super::progress::Terminal;
 use lucarne::gpu::Device;
+use lucarne::simulate::rooms::{Room, run_rooms};
 use lucarne::simulate::{Inputs, Project, Summary, run as simulate, without_pruning};
 use lucarne::{Result, Warnings};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Computes a year of illuminance for the project in a project.toml.
+/// Computes a year of illuminance, pictures and glare for the project in a project.toml, or for
+/// several rooms, each in its project file.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Project file
-    project: PathBuf,
+    /// Project files; of several each has its results in a folder of its name, and matrices of the
+    /// same inputs are computed once
+    #[arg(required = true, value_name = "PROJECT")]
+    projects: Vec<PathBuf>,
 
     /// Folder for the results; matrices already there are used again if their inputs are the same
     #[arg(short = 'o', value_name = "FOLDER", default_value = "out")]
@@ -28,34 +32,49 @@ pub struct Args {
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     // All files first: a slip in one of them should not wait for a device.
-    let mut project = Project::read(&args.project)?;
-    let mut inputs = Inputs::read(&project, warnings)?;
-    if args.no_prune {
-        without_pruning(&mut project, &mut inputs);
+    let (device, terminal) = (|| Device::open(args.device.as_deref()), Terminal::new());
+    if let [file] = &args.projects[..] {
+        let mut project = Project::read(file)?;
+        let mut inputs = Inputs::read(&project, warnings)?;
+        if args.no_prune {
+            without_pruning(&mut project, &mut inputs);
+        }
+        let summary = simulate(&device()?, &project, &inputs, &args.output, &terminal, warnings)?;
+        terminal.finish();
+        report(&args.output, &summary);
+        return Ok(ExitCode::SUCCESS);
     }
-    let device = Device::open(args.device.as_deref())?;
-    let terminal = Terminal::new();
-    let summary = simulate(&device, &project, &inputs, &args.output, &terminal, warnings)?;
+    let mut rooms = Room::read_all(&args.projects, warnings)?;
+    if args.no_prune {
+        rooms.iter_mut().for_each(|room| without_pruning(&mut room.project, &mut room.inputs));
+    }
+    let summaries = run_rooms(&device()?, &rooms, &args.output, &terminal, warnings)?;
     terminal.finish();
-    report(&args, &summary);
+    for (room, summary) in rooms.iter().zip(&summaries) {
+        report(&args.output.join(&room.name), summary);
+    }
+    let annual = args.output.join("glare/annual.csv");
+    if rooms.iter().any(|r| r.project.glare.is_some()) {
+        println!("{}: all {} rooms", annual.display(), rooms.len());
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-fn report(args: &Args, summary: &Summary) {
+fn report(output: &Path, summary: &Summary) {
     for sensors in &summary.sensors {
-        let file = args.output.join("illuminance").join(format!("{}.mtx", sensors.name));
+        let file = output.join("illuminance").join(format!("{}.mtx", sensors.name));
         println!("{}: {} sensors, {} hours, mean {:.0} lx", file.display(), sensors.count, summary.hours, sensors.mean_illuminance_lx);
     }
     for view in &summary.views {
         let place = match view.pictures {
-            0 => args.output.join("matrices").join(format!("V_{}.mtx", view.name)),
-            _ => args.output.join("images").join(&view.name),
+            0 => output.join("matrices").join(format!("V_{}.mtx", view.name)),
+            _ => output.join("images").join(&view.name),
         };
         println!("{}: {} pixels, {} pictures", place.display(), view.pixels, view.pictures);
     }
     if let Some(glare) = &summary.glare {
         let states = if glare.states > 1 { format!(", {} states of the façade", glare.states) } else { String::new() };
-        let place = args.output.join("glare/annual.csv");
+        let place = output.join("glare/annual.csv");
         println!("{}: {} views{states}, {} hours with light, method {}", place.display(), glare.views, glare.hours, glare.method);
     }
     if let Some(e) = summary.estimated_error {

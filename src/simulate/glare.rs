@@ -32,7 +32,7 @@ use crate::error::{Error, Result, Warnings};
 use crate::glare::geometry::PixelGeometry;
 use crate::glare::{Analyser, index};
 use crate::gpu::Device;
-use crate::kernels::glare::{Additions, Batches, HourNoise, PixelSource, Stack, StackOptions, Year, for_device, year};
+use crate::kernels::glare::{Additions, Batches, HourNoise, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year};
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::product::Multiplier;
 use crate::kernels::trace::{TraceStatistics, TracedMatrix};
@@ -336,6 +336,7 @@ impl GlareJob<'_> {
         let options = StackOptions { veil: section.veil, dark_pixels: suns.is_some(), ..StackOptions::default() };
         let stack = Stack::new(analyser, vec![&mut source as &mut dyn PixelSource], options)?;
         let batches = Batches::new(&stack, &read_matrix(&path("_batches"))?.matrix)?;
+        let ready = ReadyView::new(detector, &stack)?;
         let mut all = Vec::new();
         for (number, state) in states.iter().enumerate() {
             let given = eye.map(|eye| eye.illuminance(state.of_eyes(), &lit.hours));
@@ -349,7 +350,7 @@ impl GlareJob<'_> {
                 ..Year::new(&rights)
             };
             let stage = Part::of(progress, number, states.len());
-            let found = year(detector, &stack, &request, &stage)?;
+            let found = year(&ready, &request, &stage)?;
             all.push(
                 found
                     .into_iter()

@@ -18,6 +18,7 @@ mod presets;
 pub mod project;
 mod quality;
 mod results;
+pub mod rooms;
 mod rounds;
 mod run;
 mod sampling;

@@ -25,7 +25,7 @@ use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::sky::{SkyOptions, sky_matrix};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Computes a project and writes its results into the folder `out`:
@@ -64,8 +64,20 @@ pub fn run(
     progress: &dyn Progress,
     warnings: &mut Warnings,
 ) -> Result<Summary> {
+    run_beside(device, project, inputs, (out, Vec::new()), progress, warnings)
+}
+
+/// The same, with the folders of other rooms from which matrices of the same inputs are taken over.
+pub(super) fn run_beside(
+    device: &Device,
+    project: &Project,
+    inputs: &Inputs,
+    (out, others): (&Path, Vec<PathBuf>),
+    progress: &dyn Progress,
+    warnings: &mut Warnings,
+) -> Result<Summary> {
     let start = Instant::now();
-    let store = Store::open(out)?;
+    let store = Store::open(out)?.beside(others);
     let mut run = Run {
         device,
         project,

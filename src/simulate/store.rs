@@ -13,6 +13,8 @@ pub(super) const INPUTS: &str = "LUCARNE_INPUTS";
 /// An output folder: `matrices/` and `illuminance/`.
 pub struct Store {
     folder: PathBuf,
+    /// Other output folders, whose matrices may be taken over.
+    others: Vec<PathBuf>,
 }
 
 impl Store {
@@ -32,7 +34,27 @@ impl Store {
             std::fs::write(&probe, b"").map_err(named)?;
             std::fs::remove_file(&probe).map_err(named)?;
         }
-        Ok(Self { folder: folder.to_path_buf() })
+        Ok(Self { folder: folder.to_path_buf(), others: Vec::new() })
+    }
+
+    /// The same folder, beside others whose files are taken over where they fit.
+    #[must_use]
+    pub fn beside(mut self, others: Vec<PathBuf>) -> Self {
+        self.others = others;
+        self
+    }
+
+    /// Whether a file of this folder fits, or one of the same name in another folder, which then
+    /// becomes this folder's too.
+    pub fn has(&self, path: &Path, fits: &dyn Fn(&Path) -> bool) -> bool {
+        if fits(path) {
+            return true;
+        }
+        let Ok(name) = path.strip_prefix(&self.folder) else { return false };
+        let Some(other) = self.others.iter().map(|f| f.join(name)).find(|p| fits(p)) else { return false };
+        // Files are only ever replaced, never written into: two names for one are safe.
+        let _ = std::fs::remove_file(path);
+        std::fs::hard_link(&other, path).is_ok() || std::fs::copy(&other, path).is_ok()
     }
 
     /// The folder.
@@ -98,20 +120,27 @@ impl Store {
     /// A matrix of an earlier run, if it was computed from the same inputs and has this shape.
     /// Anything else there is simply computed again.
     pub fn load(&self, name: &str, inputs: Fingerprint, shape: (usize, usize, usize)) -> Option<Matrix<f32>> {
+        let path = self.matrix_path(name);
+        if !self.has(&path, &|path| is_of(path, inputs, shape)) {
+            return None;
+        }
         let matrix = self.load_file(name, inputs)?.matrix;
         ((matrix.rows(), matrix.cols(), matrix.components()) == shape).then_some(matrix)
     }
 
     /// The same with its header, whatever its shape.
     pub fn load_file(&self, name: &str, inputs: Fingerprint) -> Option<MatrixFile> {
+        if !self.has_matrix(name, inputs) {
+            return None;
+        }
         let file = read_matrix(&self.matrix_path(name)).ok()?;
         (file.value(INPUTS) == Some(inputs.to_string().as_str())).then_some(file)
     }
 
-    /// Whether a matrix of these inputs is there, by its header alone.
-    pub fn has(&self, name: &str, inputs: Fingerprint) -> bool {
+    /// Whether a matrix of these inputs is there (or in another folder), by its header alone.
+    pub fn has_matrix(&self, name: &str, inputs: Fingerprint) -> bool {
         let line = format!("{INPUTS}={inputs}");
-        MatrixRows::open(&self.matrix_path(name)).is_ok_and(|f| f.is_some_and(|f| f.header().contains(&line)))
+        self.has(&self.matrix_path(name), &|path| MatrixRows::open(path).is_ok_and(|f| f.is_some_and(|f| f.header().contains(&line))))
     }
 
     /// Keeps a matrix; `about` is a line for its header that says what it is.
@@ -130,6 +159,12 @@ impl Store {
         let own = [software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}")];
         write_matrix(Some(&self.matrix_path(name)), matrix, Format::Float, &[&own, more].concat())
     }
+}
+
+/// Whether a matrix file of these inputs and shape is there, by its header alone.
+pub fn is_of(path: &Path, inputs: Fingerprint, shape: (usize, usize, usize)) -> bool {
+    let Ok(Some(file)) = MatrixRows::open(path) else { return false };
+    file.header().contains(&format!("{INPUTS}={inputs}")) && (file.rows(), file.cols(), file.components()) == shape
 }
 
 /// The header line that names the program.
@@ -154,6 +189,24 @@ mod tests {
         assert!(store.load("V", *Fingerprint::new("V").add(&2), (2, 3, 1)).is_none());
         std::fs::write(store.matrix_path("V"), b"garbage").unwrap();
         assert!(store.load("V", inputs, (2, 3, 1)).is_none());
+    }
+
+    #[test]
+    fn a_fitting_matrix_of_another_folder_is_taken_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+        let m = Matrix::from_data(1, 2, 1, vec![1.0, 2.0]).unwrap();
+        let inputs = *Fingerprint::new("V").add(&1);
+        Store::open(&a).unwrap().save("V", &m, inputs, "a test").unwrap();
+        let store = Store::open(&b).unwrap().beside(vec![a.clone()]);
+        assert!(store.load("V", *Fingerprint::new("V").add(&2), (1, 2, 1)).is_none());
+        assert!(!store.matrix_path("V").exists());
+        assert_eq!(store.load("V", inputs, (1, 2, 1)), Some(m.clone()));
+        // Now it is this folder's own; a new one leaves the other as it is.
+        let other = Matrix::from_data(1, 2, 1, vec![3.0, 4.0]).unwrap();
+        store.save("V", &other, inputs, "a test").unwrap();
+        assert_eq!(Store::open(&a).unwrap().load("V", inputs, (1, 2, 1)), Some(m));
+        assert_eq!(Store::open(&b).unwrap().load("V", inputs, (1, 2, 1)), Some(other));
     }
 
     #[test]

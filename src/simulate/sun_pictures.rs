@@ -90,11 +90,12 @@ impl SunPictureJob<'_> {
         let options = sun_picture_options(self.project);
         inputs.add(raster).add(&options).add(&self.suns.suns).add(&self.suns.hours);
         let path = self.store.sun_pictures_path(view);
-        if let Ok(kept) = SunPictures::open(&path)
-            && kept.inputs == inputs.to_string()
-            && needed.iter().all(|n| kept.pictures.places.contains_key(n))
-        {
-            return Ok(kept.pictures);
+        let fits = |path: &Path| {
+            SunPictures::open(path)
+                .is_ok_and(|kept| kept.inputs == inputs.to_string() && needed.iter().all(|n| kept.pictures.places.contains_key(n)))
+        };
+        if self.store.has(&path, &fits) {
+            return SunPictures::open(&path).map(|kept| kept.pictures);
         }
         let lit = {
             let mut lit = self.inputs.scene.clone();

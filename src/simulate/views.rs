@@ -5,7 +5,7 @@ use super::five_phase::{FivePhase, without_sun_patches};
 use super::multiply::{check_hours, lit_columns, select_columns};
 use super::pictures::{Addition, Output, PictureView, Request, write_pictures};
 use super::project::name;
-use super::store::{INPUTS, Store, software};
+use super::store::{INPUTS, Store, is_of, software};
 use super::sun_pictures::SunPictures;
 use super::table::Table;
 use crate::camera::{Raster, View};
@@ -20,7 +20,6 @@ use crate::kernels::product::Multiplier;
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
 use crate::matrix::file::{Format, write_float_header, write_matrix};
-use crate::matrix::rows::MatrixRows;
 use crate::progress::Progress;
 use crate::scene::{Scene, Window};
 use rayon::prelude::*;
@@ -166,10 +165,8 @@ impl ViewJob<'_> {
         let mut sums: Vec<BatchSums> = geometry.iter().flat_map(|g| vec![BatchSums::new(g, bins); batches]).collect();
         let rows = sums.iter().map(BatchSums::rows).sum();
         let straight = self.options.straight;
-        if kept(&path, inputs, [raster.len(), bins])
-            && (!straight || kept(&direct_path, inputs, [raster.len(), bins]))
-            && (rows == 0 || kept(&batches_path, inputs, [rows, bins]))
-        {
+        let kept = |path: &Path, rows: usize| self.store.has(path, &|path| is_of(path, inputs, (rows, bins, 3)));
+        if kept(&path, raster.len()) && (!straight || kept(&direct_path, raster.len())) && (rows == 0 || kept(&batches_path, rows)) {
             return Ok((raster.len(), bins, true));
         }
         let header = [
@@ -286,11 +283,4 @@ fn add_batches(sums: &mut [BatchSums], geometry: &PixelGeometry, rows: &PixelRow
             sums.add(geometry, rows.first + i, &values[batch * row..(batch + 1) * row]);
         }
     });
-}
-
-/// Whether a matrix file of these inputs and shape is there, by its header alone.
-fn kept(path: &Path, inputs: Fingerprint, [rows, cols]: [usize; 2]) -> bool {
-    let Ok(Some(file)) = MatrixRows::open(path) else { return false };
-    let line = format!("{INPUTS}={inputs}");
-    file.header().contains(&line) && (file.rows(), file.cols(), file.components()) == (rows, cols, 3)
 }

@@ -10,7 +10,7 @@ use lucarne::camera::View;
 use lucarne::glare::{Analyser, PixelGeometry, Settings};
 use lucarne::gpu::{Device, DeviceKind};
 use lucarne::image::{Picture, hdr};
-use lucarne::kernels::glare::{Detector, InMemory, Native, OnDevice, PixelSource, Stack, StackOptions, Year, year};
+use lucarne::kernels::glare::{Detector, InMemory, Native, OnDevice, PixelSource, ReadyView, Stack, StackOptions, Year, year};
 use lucarne::kernels::product::{self, Arrangement, Multiplier};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, read_matrix, write_matrix};
@@ -147,7 +147,7 @@ fn main() -> Fallible<()> {
         for skip in [true, false] {
             let request = Year { skip, ..Year::new(&rights) };
             for _ in 0..repeats {
-                let (found, cpu, wall) = timed(false, || Ok(year(&**detector, &stack, &request, &Silent)?))?;
+                let (found, cpu, wall) = timed(false, || Ok(year(&ReadyView::new(&**detector, &stack)?, &request, &Silent)?))?;
                 println!("  year, {}: {cpu:.2} CPU-seconds, {wall:.2} s", if skip { "dark tiles left out" } else { "every tile" });
                 if wall < own.1 && skip {
                     own = (cpu, wall, found);

@@ -28,7 +28,7 @@ pub use device::OnDevice;
 pub use native::Native;
 pub use noise::{BatchSums, Batches, HourNoise};
 pub use stack::{InMemory, PixelSource, Stack, StackOptions};
-pub use year::{HourGlare, Year, year};
+pub use year::{HourGlare, ReadyView, Year, year};
 
 use crate::error::Result;
 use crate::gpu::{Device, DeviceKind, Registered};

@@ -90,7 +90,7 @@ pub(super) fn run(
     let mut sources: Vec<InMemory> = lefts.iter().map(|m| InMemory::new(m)).collect();
     let sources = sources.iter_mut().map(|s| s as &mut dyn PixelSource).collect();
     let stack = Stack::new(analyser.clone(), sources, options).unwrap();
-    year(detector, &stack, request, &Silent).unwrap()
+    year(&ReadyView::new(detector, &stack).unwrap(), request, &Silent).unwrap()
 }
 
 /// What a picture in f64 (rounded to f32 as pictures are) gives.
@@ -333,7 +333,7 @@ fn faults_planted_in_the_shaders_are_found() {
         .unwrap();
         let mut source = InMemory::new(&v);
         let stack = Stack::new(analyser.clone(), vec![&mut source], options).unwrap();
-        let found = year(&faulty, &stack, &request, &Silent);
+        let found = year(&ReadyView::new(&faulty, &stack).unwrap(), &request, &Silent);
         let same =
             found.is_ok_and(|f| f.iter().zip(&wanted).all(|(a, b)| a.sources == b.sources && (a.indices.dgp - b.indices.dgp).abs() < 1e-5));
         assert!(!same, "nobody noticed '{to}' in {path}");
@@ -350,10 +350,43 @@ fn what_does_not_fit_is_an_error() {
     let mut source = InMemory::new(&v);
     let stack = Stack::new(analyser, vec![&mut source], StackOptions::default()).unwrap();
     let wrong = Matrix::<f32>::zeros(BINS + 1, 3, 3);
-    assert!(year(&Native, &stack, &Year::new(&[&wrong]), &Silent).is_err());
+    assert!(year(&ReadyView::new(&Native, &stack).unwrap(), &Year::new(&[&wrong]), &Silent).is_err());
     let rights = [&x];
-    assert!(year(&Native, &stack, &Year { illuminance: Some(&[1.0]), ..Year::new(&rights) }, &Silent).is_err());
+    assert!(year(&ReadyView::new(&Native, &stack).unwrap(), &Year { illuminance: Some(&[1.0]), ..Year::new(&rights) }, &Silent).is_err());
     // Light may be added only where it was provided for.
-    let error = year(&Native, &stack, &Year { additions: Some(&Sun), ..Year::new(&rights) }, &Silent).unwrap_err();
+    let error =
+        year(&ReadyView::new(&Native, &stack).unwrap(), &Year { additions: Some(&Sun), ..Year::new(&rights) }, &Silent).unwrap_err();
     assert!(error.to_string().contains("added in hour 0"), "{error}");
+}
+
+/// Counts how often pixels are loaded.
+struct Counting(std::sync::atomic::AtomicUsize);
+
+impl Detector for Counting {
+    fn description(&self) -> String {
+        "counting".into()
+    }
+
+    fn load<'b>(&'b self, bands: Bands<'b>) -> Result<Box<dyn Loaded + 'b>> {
+        self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        Native.load(bands).map(|_| Box::new(bands) as Box<dyn Loaded + 'b>)
+    }
+}
+
+#[test]
+fn pixels_are_loaded_once_for_all_states() {
+    let analyser = analyser(24, 24, Settings::default());
+    let v = view_matrix(24, 24, true, 5);
+    let mut source = InMemory::new(&v);
+    let stack = Stack::new(analyser.clone(), vec![&mut source], StackOptions::default()).unwrap();
+    let detector = Counting(std::sync::atomic::AtomicUsize::new(0));
+    let view = ReadyView::new(&detector, &stack).unwrap();
+    for state in 0..3 {
+        let x = hours(9, 8 + state, 1.0);
+        let rights = [&x];
+        let request = Year { hours_per_pass: 2, ..Year::new(&rights) };
+        let wanted = run(&Native, &analyser, &[&v], StackOptions::default(), &request);
+        assert!(bits(&year(&view, &request, &Silent).unwrap()) == bits(&wanted));
+    }
+    assert_eq!(detector.0.load(std::sync::atomic::Ordering::Relaxed), 1);
 }

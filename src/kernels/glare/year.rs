@@ -68,18 +68,37 @@ pub struct HourGlare {
     pub sources: usize,
 }
 
+/// A view's pixels where the detector wants them, once for all years (states of the façade).
+pub struct ReadyView<'a, 's> {
+    detector: &'a dyn Detector,
+    stack: &'a Stack<'s>,
+    /// Nothing if the pixels do not fit the memory: they are loaded for every pass anew.
+    loaded: Option<Box<dyn Loaded + 'a>>,
+}
+
+impl<'a, 's> ReadyView<'a, 's> {
+    /// Loads the pixels.
+    ///
+    /// # Errors
+    /// Memory and other failures of a device.
+    pub fn new(detector: &'a dyn Detector, stack: &'a Stack<'s>) -> Result<Self> {
+        let loaded = stack.resident().map(|bands| detector.load(stack.bands_of(bands))).transpose()?;
+        Ok(Self { detector, stack, loaded })
+    }
+}
+
 /// Glare of all hours, the columns of the right factors, in their order.
 ///
 /// # Errors
 /// Shapes that do not fit, failures of sources and device, and [`cancelled`].
-pub fn year(detector: &dyn Detector, stack: &Stack<'_>, request: &Year, progress: &dyn Progress) -> Result<Vec<HourGlare>> {
+pub fn year(view: &ReadyView<'_, '_>, request: &Year, progress: &dyn Progress) -> Result<Vec<HourGlare>> {
+    let stack = view.stack;
     let hours = check(stack, request)?;
     let pixel_bytes = GLARE_PIXEL_BYTES + if request.additions.is_some() { ADDITION_BYTES } else { 0 };
     let per_hour = stack.candidates().max(1) as u64 * pixel_bytes;
     let by_memory = usize::try_from(request.memory / per_hour).unwrap_or(usize::MAX).clamp(1, MOST_HOURS);
     let per_pass = if request.hours_per_pass > 0 { by_memory.min(request.hours_per_pass) } else { by_memory };
-    let loaded = stack.resident().map(|bands| detector.load(stack.bands_of(bands))).transpose()?;
-    let work = Work { detector, stack, request, loaded };
+    let work = Work { view, stack, request };
     let mut results = Vec::with_capacity(hours);
     for first in (0..hours).step_by(per_pass) {
         progress.update("glare", first as f64 / hours as f64);
@@ -112,10 +131,9 @@ fn check(stack: &Stack<'_>, request: &Year) -> Result<usize> {
 }
 
 struct Work<'a, 's> {
-    detector: &'a dyn Detector,
+    view: &'a ReadyView<'a, 's>,
     stack: &'a Stack<'s>,
     request: &'a Year<'a>,
-    loaded: Option<Box<dyn Loaded + 'a>>,
 }
 
 /// What an hour's picture amounts to without its glare pixels.
@@ -128,12 +146,12 @@ struct Sums {
 
 impl Work<'_, '_> {
     fn detect(&self, pass: &Pass) -> Result<Vec<GlarePixels>> {
-        if let Some(loaded) = &self.loaded {
+        if let Some(loaded) = &self.view.loaded {
             return loaded.detect(pass);
         }
         let mut parts = Vec::new();
         self.stack.for_each_group(&mut |bands| {
-            parts.extend(self.detector.load(self.stack.bands_of(bands))?.detect(pass)?);
+            parts.extend(self.view.detector.load(self.stack.bands_of(bands))?.detect(pass)?);
             Ok(())
         })?;
         Ok(parts)

@@ -10,6 +10,8 @@ use crate::scene::{self, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
 
 #[cfg(test)]
+mod cie171;
+#[cfg(test)]
 pub(crate) mod comparison;
 #[cfg(test)]
 mod extremes;

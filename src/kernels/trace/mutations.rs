@@ -89,7 +89,7 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("trace/view_gather", "distance2 * max(distance2, near2)", "distance2 * distance2"),
     ("trace/view_gather", "* 0.3183098861837907", "* 0.35"),
     ("trace/view_direct", "windows[to_window.window], -to_window.direction", "windows[to_window.window], to_window.direction"),
-    ("trace/view_direct", "let value = passed * share + 0.5;", "let value = passed * passed * share + 0.5;"),
+    ("trace/view_direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
     ("trace/view_near", "1.0 - ratio * ratio", "1.0 - ratio"),
     ("trace/view_near", "specular_before = true;", "specular_before = false;"),
     ("shared/window", "sqrt(max(1.0 - z * z, 0.0))", "max(1.0 - z * z, 0.0)"),

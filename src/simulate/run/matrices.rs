@@ -145,7 +145,7 @@ impl Run<'_> {
         for (suffix, matrix) in parts {
             for (group, part) in self.inputs.sensors.iter().zip(split(&matrix, &self.inputs.sensors)) {
                 let name = format!("V_{}{suffix}", group.name);
-                if !self.store.has(&name, inputs) {
+                if !self.store.has_matrix(&name, inputs) {
                     self.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
                 }
                 if suffix.is_empty() {
@@ -164,14 +164,14 @@ impl Run<'_> {
         let parts = [("_direct", daylight.direct()), ("_standard_error", daylight.standard_error()), ("", total.clone())];
         for (suffix, matrix) in parts {
             let name = format!("{name}{suffix}");
-            if !self.store.has(&name, inputs) {
+            if !self.store.has_matrix(&name, inputs) {
                 self.store.save(&name, &matrix, inputs, "daylight matrix, rows the window's bins, columns patches")?;
             }
         }
         let t = window.transmission.map(|v| v as f32);
         let transmission_inputs = *Fingerprint::new("T").add(&t.data());
         let t_name = format!("T_{}", window.name);
-        if !self.store.has(&t_name, transmission_inputs) {
+        if !self.store.has_matrix(&t_name, transmission_inputs) {
             self.store.save(&t_name, &t, transmission_inputs, "transmission, rows outgoing bins, columns incident bins")?;
         }
         self.note(&name, (total.rows(), total.cols()), !traced, self.seconds.daylight, daylight.rounds);
