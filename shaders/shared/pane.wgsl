@@ -14,8 +14,12 @@ struct PaneParams {
     panes: u32,
     // Directions to a sun's disc per batch, where the disc itself is seen.
     disc_samples: u32,
-    // Number of the first sun of this tile: chooses nothing, suns are alike.
-    padding: u32,
+    // Cells of each batch that one dispatch gathers.
+    first_cell: u32,
+    end_cell: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
 // A pane: its frame, and where its data begin.

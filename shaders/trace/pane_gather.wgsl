@@ -1,7 +1,8 @@
 // What every receiver gets from every sun over the cells of the panes.
 //
 // Visibility is known per cell; within a cell as many points are evaluated as its size seen from the
-// receiver asks for.
+// receiver asks for. One invocation takes four suns, which share these points, and the cells
+// `first_cell` … `end_cell` of a batch: some drivers end loops early. Sums add up over dispatches.
 
 import package::shared::counters::{count_finished};
 import package::shared::receiver::{Receiver};
@@ -24,7 +25,7 @@ import package::bsdf::scattering::{bsdf_of_keys, bsdf_lobe, outgoing_key, TRANSM
 
 // Size of a part of a cell seen from the receiver, radians, and most parts along an edge.
 const PART_ANGLE: f32 = 0.05;
-const MOST_PARTS: f32 = 12.0;
+const MOST_PARTS: f32 = 8.0;
 
 // A random point of part `index` of `side`² equal triangles.
 fn part_point(index: u32, side: u32, seed: u32) -> vec2<f32> {
@@ -45,27 +46,86 @@ fn part_point(index: u32, side: u32, seed: u32) -> vec2<f32> {
     return (vec2<f32>(f32(row - column), f32(column + 1u)) - inside) / f32(side);
 }
 
+// Suns of one invocation.
+const SUNS: u32 = 4u;
+
+// A sun at a cell, loaded once for all points of the cell.
+struct Light {
+    strength: vec3<f32>,
+    lit: bool,
+    key: vec2<f32>,
+    direction: vec2<f32>,
+    guard: f32,
+    surround: f32,
+}
+
+// Light of a sun, if there is one of this number, at a cell of a pane that a share `seen` passes from.
+fn light_at(sun: u32, index: u32, pane: u32, seen: vec3<f32>) -> Light {
+    var light: Light;
+    if sun < params.suns {
+        let sun_end = sun_ends[sun * params.cells * params.batches + index];
+        let record = suns[sun * params.panes + pane];
+        light.strength = sun_end.strength * seen;
+        light.lit = max(light.strength.x, max(light.strength.y, light.strength.z)) > 0.0;
+        light.key = sun_end.key;
+        light.direction = sun_end.direction;
+        light.guard = record.guard;
+        light.surround = record.surround;
+    }
+    return light;
+}
+
+// The scattering function for it.
+fn scattered(light: Light, lobe: u32, outgoing: vec2<f32>, key: vec2<f32>) -> f32 {
+    if !light.lit {
+        return 0.0;
+    }
+    let apart = outgoing - light.direction;
+    if light.guard > 0.0 && dot(apart, apart) <= light.guard {
+        return light.surround;
+    }
+    return bsdf_of_keys(lobe, key, light.key);
+}
+
+fn add(batch: u32, sun: u32, receiver: u32, value: vec3<f32>) {
+    if sun < params.suns {
+        let cell = ((batch * params.suns + sun) * params.receivers + receiver) * 3u;
+        sums[cell] += value.x;
+        sums[cell + 1u] += value.y;
+        sums[cell + 2u] += value.z;
+    }
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= params.receivers || id.y >= params.suns {
+    let sun = id.y * SUNS;
+    if id.x >= params.receivers || sun >= params.suns {
         return;
     }
     let receiver = receivers[id.x];
-    let first = id.z * params.cells;
-    var total = vec3<f32>(0.0);
-    for (var i = 0u; i < params.cells; i++) {
-        let index = first + i;
-        let sun_end = sun_ends[id.y * params.cells * params.batches + index];
-        let strength = sun_end.strength * passed[index * params.receivers + id.x].xyz;
-        if max(strength.x, max(strength.y, strength.z)) > 0.0 {
-            let cell = cells[index];
+    var a = vec3<f32>(0.0);
+    var b = vec3<f32>(0.0);
+    var c = vec3<f32>(0.0);
+    var d = vec3<f32>(0.0);
+    var i = params.first_cell;
+    for (; i < params.end_cell; i++) {
+        let index = id.z * params.cells + i;
+        let seen = passed[index * params.receivers + id.x].xyz;
+        if max(seen.x, max(seen.y, seen.z)) <= 0.0 {
+            continue;
+        }
+        let cell = cells[index];
+        let light_a = light_at(sun, index, cell.pane, seen);
+        let light_b = light_at(sun + 1u, index, cell.pane, seen);
+        let light_c = light_at(sun + 2u, index, cell.pane, seen);
+        let light_d = light_at(sun + 3u, index, cell.pane, seen);
+        if light_a.lit || light_b.lit || light_c.lit || light_d.lit {
             let pane = panes[cell.pane];
             let lobe = bsdf_lobe(pane.words, TRANSMISSION_FRONT);
-            let sun = suns[id.y * params.panes + cell.pane];
             let away = length(cell.corner + (cell.edge1 + cell.edge2) / 3.0 - receiver.position);
             let side = u32(clamp(ceil(sqrt(2.0 * cell.area) / (PART_ANGLE * max(away, 1e-9))), 1.0, MOST_PARTS));
             let seed = hash_combine(params.seed, index);
-            var sum = 0.0;
+            var sum = vec4<f32>(0.0);
             for (var part = 0u; part < side * side; part++) {
                 let place = part_point(part, side, seed);
                 let to_point = cell.corner + cell.edge1 * place.x + cell.edge2 * place.y - receiver.position;
@@ -74,20 +134,26 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                 let outgoing = -pane_local(pane, direction);
                 let cosine = dot(direction, receiver.normal);
                 if outgoing.z > 0.0 && cosine > 0.0 {
-                    let apart = outgoing.xy - sun_end.direction;
-                    var value = sun.surround;
-                    if !(sun.guard > 0.0 && dot(apart, apart) <= sun.guard) {
-                        value = bsdf_of_keys(lobe, outgoing_key(lobe, outgoing), sun_end.key);
-                    }
-                    sum += value * outgoing.z * cosine / distance2;
+                    let key = outgoing_key(lobe, outgoing);
+                    let value = vec4<f32>(
+                        scattered(light_a, lobe, outgoing.xy, key),
+                        scattered(light_b, lobe, outgoing.xy, key),
+                        scattered(light_c, lobe, outgoing.xy, key),
+                        scattered(light_d, lobe, outgoing.xy, key)
+                    );
+                    sum += value * (outgoing.z * cosine / distance2);
                 }
             }
-            total += strength * (sum * cell.area / f32(side * side));
+            sum *= cell.area / f32(side * side);
+            a += light_a.strength * sum.x;
+            b += light_b.strength * sum.y;
+            c += light_c.strength * sum.z;
+            d += light_d.strength * sum.w;
         }
     }
-    let cell = ((id.z * params.suns + id.y) * params.receivers + id.x) * 3u;
-    sums[cell] = total.x;
-    sums[cell + 1u] = total.y;
-    sums[cell + 2u] = total.z;
-    count_finished(true);
+    add(id.z, sun, id.x, a);
+    add(id.z, sun + 1u, id.x, b);
+    add(id.z, sun + 2u, id.x, c);
+    add(id.z, sun + 3u, id.x, d);
+    count_finished(i == params.end_cell);
 }

@@ -23,14 +23,15 @@ struct SunGatherParams {
     // Receivers from one batch to the next; 0 if all batches share them.
     batch_stride: u32,
     gates: u32,
+    // Sets of so many paths; the suns take turns.
+    path_sets: u32,
     padding0: u32,
-    padding1: u32,
 }
 
 @group(0) @binding(6) var<uniform> params: SunGatherParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
 @group(0) @binding(8) var<storage, read> suns: array<SunRecord>;
-// [batch][receiver][path][vertex]
+// [batch][receiver][set][path][vertex]
 @group(0) @binding(9) var<storage, read> vertices: array<SunVertex>;
 // [batch][receiver][sun][straight rgb, scattered rgb]
 @group(0) @binding(10) var<storage, read_write> sums: array<f32>;
@@ -86,7 +87,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     var scattered = vec3<f32>(0.0);
     var path = 0u;
-    let first_path = (batch * params.receivers + receiver_index) * params.paths;
+    let own_set = sun.number % params.path_sets;
+    let first_path = ((batch * params.receivers + receiver_index) * params.path_sets + own_set) * params.paths;
     for (; path < params.paths; path++) {
         let first_slot = (first_path + path) * params.most_vertices;
         for (var k = 0u; k < params.most_vertices; k++) {

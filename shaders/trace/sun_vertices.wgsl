@@ -14,7 +14,7 @@ import package::shared::counters::{counters, count_finished};
 struct SunPathParams {
     seed: u32,
     receivers: u32,
-    // Paths per receiver and batch.
+    // Paths per receiver and batch that one sun uses.
     paths: u32,
     batches: u32,
     window_count: u32,
@@ -23,13 +23,18 @@ struct SunPathParams {
     roulette_weight: f32,
     // Receivers from one batch to the next; 0 if all batches share them.
     batch_stride: u32,
+    // Sets of so many paths; suns take turns in using them.
+    path_sets: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
 const MOST_SEGMENTS: u32 = 64u;
 
 @group(0) @binding(6) var<uniform> params: SunPathParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
-// [batch][receiver][path][vertex], zero at the start.
+// [batch][receiver][set][path][vertex], zero at the start.
 @group(0) @binding(8) var<storage, read_write> vertices: array<SunVertex>;
 
 fn scatters(material: Material) -> bool {
@@ -44,11 +49,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = id.x;
     let receiver_index = id.y;
     let batch = id.z;
-    if index >= params.paths || receiver_index >= params.receivers || batch >= params.batches {
+    let all_paths = params.paths * params.path_sets;
+    if index >= all_paths || receiver_index >= params.receivers || batch >= params.batches {
         return;
     }
     let receiver = receivers[batch * params.batch_stride + receiver_index];
-    let first_slot = ((batch * params.receivers + receiver_index) * params.paths + index) * params.most_vertices;
+    let first_slot = ((batch * params.receivers + receiver_index) * all_paths + index) * params.most_vertices;
     let seed = hash_combine(hash_combine(params.seed, batch), receiver.number);
     var position = receiver.position;
     var direction: vec3<f32>;

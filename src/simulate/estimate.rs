@@ -56,9 +56,12 @@ impl Estimate {
         mean(&self.replicates)
     }
 
-    /// What arrives straight, never more than the whole.
+    /// What arrives straight, never more than the whole; as it was given if it was not sampled.
     pub fn direct(&self) -> Matrix<f32> {
         let mut direct = mean(&self.straight);
+        if self.rounds == 0 {
+            return direct;
+        }
         for (d, t) in direct.data_mut().iter_mut().zip(self.total().data()) {
             *d = d.min(*t);
         }

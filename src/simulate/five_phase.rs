@@ -8,6 +8,7 @@
 //! Windows without shade stay as in three phases.
 
 use super::fingerprint::Fingerprint;
+use super::import;
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::multiply;
 use super::presets::{pane_options, sun_options};
@@ -53,6 +54,10 @@ pub struct FivePhase<'a> {
     store: &'a Store,
     suns: SunSet,
     matrix: SunMatrix,
+    /// Suns whose numbers differ by a multiple of this have scattered errors in common.
+    error_sets: usize,
+    /// V, Vd, D or Dd were made elsewhere: their noise is not shared, and the difference can be negative.
+    imported: bool,
     /// S without the sun's patches, and the sun's patches alone; nothing if there is no sun.
     skies: Option<(Matrix<f32>, Matrix<f32>)>,
     /// T·Dd of windows whose sun is traced, zeros for all others; rows as V's columns.
@@ -101,8 +106,18 @@ impl<'a> Phase<'a> {
         let skies = (suns.census.hours > 0 || suns.census.hours_below_horizon > 0).then(|| self.skies()).transpose()?;
         let transmissions: Vec<&Matrix<f64>> = inputs.windows.iter().map(|w| &w.transmission).collect();
         let transmitted_direct = transmitted_where(inputs, &transmissions, daylight_direct, &is_sunny)?;
-        let five =
-            FivePhase { inputs, store: self.store, suns, matrix, skies, transmitted_direct, direct_and_sun: std::sync::OnceLock::new() };
+        let five = FivePhase {
+            inputs,
+            store: self.store,
+            suns,
+            matrix,
+            // Through panes all suns share their cells.
+            error_sets: if inputs.windows.iter().any(|w| w.pane.is_some()) { 1 } else { sun_options(project).path_sets as usize },
+            imported: inputs.windows.iter().any(|w| w.daylight.is_some()) || inputs.sensors.iter().any(|g| g.view.is_some()),
+            skies,
+            transmitted_direct,
+            direct_and_sun: std::sync::OnceLock::new(),
+        };
         Ok((five, statistics))
     }
 
@@ -128,6 +143,12 @@ impl<'a> Phase<'a> {
         for shade in shades(inputs) {
             fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
         }
+        let files = groups.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
+        if let Some(given) = import::sun_matrices(files, suns)? {
+            self.keep(&given, groups, *Fingerprint::new("C imported").add(&given.total.data()))?;
+            self.write_suns(suns)?;
+            return Ok((given, false));
+        }
         if let Some(matrix) = self.kept(fingerprint, groups, suns.suns.len()) {
             return Ok((matrix, false));
         }
@@ -149,7 +170,10 @@ impl<'a> Phase<'a> {
         let options = SkyOptions { subdivision: self.project.method.sky.subdivision(), ..SkyOptions::default() };
         let weather = &self.inputs.weather;
         let sky = sky_matrix(weather, &SkyOptions { sun: false, ..options.clone() }, self.progress)?;
-        let sun = sky_matrix(weather, &SkyOptions { sky: false, ..options }, self.progress)?;
+        let options = SkyOptions { sky: false, ..options };
+        let sun = sky_matrix(weather, &options, self.progress)?;
+        let inputs = *Fingerprint::new("Sds").add(weather).add(&options);
+        self.store.save("Sds", &sun, inputs, "sky matrix of the sun alone, as gendaymtx -d, rows patches, columns hours")?;
         Ok((sky, sun))
     }
 
@@ -299,14 +323,18 @@ impl FivePhase<'_> {
             return Ok(three_phase);
         };
         let direct = results::multiply(view_direct, &self.transmitted_direct);
-        // Rounding aside Vd·T·Dd never exceeds V·T·D.
-        let rest: Vec<f64> = coefficients.data().iter().zip(direct.data()).map(|(all, direct)| (all - direct).max(0.0)).collect();
+        // Rounding aside Vd·T·Dd never exceeds V·T·D, unless they were made apart.
+        let least = if self.imported { f64::NEG_INFINITY } else { 0.0 };
+        let rest: Vec<f64> = coefficients.data().iter().zip(direct.data()).map(|(all, direct)| (all - direct).max(least)).collect();
         let rest = Matrix::from_data(direct.rows(), direct.cols(), 3, rest)?;
         let direct = results::illuminance(multiplier, direct, sun_only)?;
         let sun = self.sun_illuminance();
         let mut lux = results::illuminance(multiplier, coefficients, sky_only)?;
         let rest = results::illuminance(multiplier, rest, sun_only)?;
-        lux.data_mut().par_iter_mut().zip(rest.data().par_iter().zip(sun.data())).for_each(|(lux, (rest, sun))| *lux += rest + sun);
+        lux.data_mut()
+            .par_iter_mut()
+            .zip(rest.data().par_iter().zip(sun.data()))
+            .for_each(|(lux, (rest, sun))| *lux = (*lux + rest + sun).max(0.0));
         self.write_terms([&three_phase, &direct, &sun])?;
         let _ = self.direct_and_sun.set((direct, sun));
         Ok(lux)
@@ -341,7 +369,7 @@ impl FivePhase<'_> {
     }
 
     /// The two new terms and their variance. Errors of different suns are independent in the straight
-    /// part, one and the same in the scattered one. The direct term needs no error of its own: V's and
+    /// part, one and the same in the scattered one for suns of one set. The direct term needs no error of its own: V's and
     /// D's, multiplied with the whole sky, bound that of the difference of the first two terms, which
     /// share their rays.
     pub fn addition(&self) -> Box<Addition<'_>> {
@@ -364,13 +392,13 @@ impl FivePhase<'_> {
                 }
                 None => {
                     let sum = |m: &Matrix<f32>| m.row(sensor).iter().map(|v| f64::from(*v)).sum::<f64>();
-                    let (mut straight, mut scattered) = (0.0, 0.0);
+                    let (mut straight, mut scattered) = (0.0, vec![0.0; self.error_sets]);
                     for (s, radiance) in yearly.iter().enumerate() {
                         let (a, b) = errors(s);
                         straight += (a * radiance).powi(2);
-                        scattered += b * radiance;
+                        scattered[s % self.error_sets] += b * radiance;
                     }
-                    (sum(sun) - sum(direct), straight + scattered.powi(2))
+                    (sum(sun) - sum(direct), straight + scattered.iter().map(|b| b * b).sum::<f64>())
                 }
             }
         })

@@ -263,7 +263,7 @@ impl GlareJob<'_> {
         let view = self.eyes_view(statistics)?;
         let Some(five) = self.five.filter(|five| five.terms.skies().is_some()) else { return Ok(Eyes { view, suns: None }) };
         let sensors = self.project.views.iter().map(eye).collect::<Result<Vec<_>>>()?;
-        let group = SensorGroup { name: "glare_eyes".into(), file: self.project.file.clone(), sensors };
+        let group = SensorGroup { name: "glare_eyes".into(), file: self.project.file.clone(), sensors, view: None, sun: None };
         let phase = Phase { device: self.device, project: self.project, inputs: self.inputs, store: self.store, progress: self.progress };
         let (matrix, traced) = phase.sun_matrix(five.sun_inputs, &[group], five.terms.suns())?;
         if traced {

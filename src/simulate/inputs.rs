@@ -1,5 +1,6 @@
 //! Everything a project names, read and checked against each other before any computing.
 
+use super::import::Imported;
 use super::project::{Project, SensorsSection, WindowSection};
 use super::shade::Shade;
 use crate::bsdf;
@@ -41,6 +42,8 @@ pub struct ProjectWindow {
     pub pane: Option<PaneBsdf>,
     /// T of all states of the façade, with their names; empty if the window has one state.
     pub states: Vec<(String, Matrix<f64>)>,
+    /// D and Dd made elsewhere.
+    pub daylight: Option<Imported>,
 }
 
 /// A group of sensors.
@@ -52,6 +55,10 @@ pub struct SensorGroup {
     pub file: PathBuf,
     /// Sensors in the order of the file.
     pub sensors: Vec<Sensor>,
+    /// V and Vd made elsewhere, columns the bins of all windows.
+    pub view: Option<Imported>,
+    /// File of Cds made elsewhere.
+    pub sun: Option<PathBuf>,
 }
 
 impl Inputs {
@@ -66,10 +73,14 @@ impl Inputs {
         let base = project.folder();
         let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
         let scene = scene::read_scene(&files, base, warnings)?;
-        let sensors = project.sensors.iter().map(|s| read_group(s, warnings)).collect::<Result<Vec<_>>>()?;
         let mut windows = Vec::new();
         for section in &project.windows {
             windows.extend(read_windows(project, section, warnings)?);
+        }
+        let bins = windows.iter().map(|w| w.window.basis.len()).sum();
+        let sensors = project.sensors.iter().map(|s| read_group(s, bins, warnings)).collect::<Result<Vec<_>>>()?;
+        if project.windows.iter().any(|w| w.daylight.is_some()) || project.sensors.iter().any(|s| s.view.is_some() || s.sun.is_some()) {
+            warnings.push(Error::new("matrices made elsewhere count as exact: their noise is not in the estimated error"));
         }
         for window in &windows {
             check_side(window, &sensors)?;
@@ -83,9 +94,11 @@ impl Inputs {
     }
 }
 
-fn read_group(section: &SensorsSection, warnings: &mut Warnings) -> Result<SensorGroup> {
+fn read_group(section: &SensorsSection, bins: usize, warnings: &mut Warnings) -> Result<SensorGroup> {
     let sensors = scene::read_sensors(&section.points, Some(&section.name), warnings)?;
-    Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors })
+    let shape = "V has a row per sensor and a column per bin of all windows, in the project's order";
+    let view = section.view.as_ref().map(|v| v.load(sensors.len(), bins, shape)).transpose()?;
+    Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors, view, sun: section.sun.clone() })
 }
 
 fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warnings) -> Result<Vec<ProjectWindow>> {
@@ -100,6 +113,14 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
     let pane = section.tensor_tree.as_ref().map(|file| read_pane(file, warnings)).transpose()?;
     let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
     let single = surfaces.len() == 1;
+    if let (Some(_), [first, second, ..]) = (&section.daylight, &surfaces[..]) {
+        return Err(Error::new(format!(
+            "a matrix 'daylight' belongs to one window, but this file holds several: '{}', '{}'",
+            first.name, second.name
+        ))
+        .file(&section.surface)
+        .help("give each its own [[window]] with its own matrix"));
+    }
     if let (Some(_), [first, second, ..]) = (&section.shade, &surfaces[..]) {
         return Err(Error::new(format!("a shade belongs to one window, but this file holds several: '{}', '{}'", first.name, second.name))
             .file(&section.surface)
@@ -133,7 +154,17 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
         }
         let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
         let shade = Shade::read(project, section, &window, warnings)?;
-        windows.push(ProjectWindow { name, window, transmission: transmission.clone(), states: states.clone(), shade, pane: pane.clone() });
+        let shape = "D has a row per bin and a column per patch, the ground first";
+        let daylight = section.daylight.as_ref().map(|d| d.load(bins, project.method.sky.len(), shape)).transpose()?;
+        windows.push(ProjectWindow {
+            name,
+            window,
+            transmission: transmission.clone(),
+            states: states.clone(),
+            shade,
+            pane: pane.clone(),
+            daylight,
+        });
     }
     Ok(windows)
 }

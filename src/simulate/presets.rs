@@ -103,7 +103,7 @@ pub fn sun_picture_options(project: &Project) -> SunOptions {
         Preset::Standard => (4, 4),
         Preset::Final => (8, 8),
     };
-    SunOptions { batches, disc_samples: 4, paths, seed: seed(project, 0, 0), ..SunOptions::default() }
+    SunOptions { batches, disc_samples: 4, paths, path_sets: 1, seed: seed(project, 0, 0), ..SunOptions::default() }
 }
 
 /// Sampling of the sun matrix of sensors. A single computation, whatever the preset: it costs little

@@ -11,6 +11,7 @@
 //! bsdf = "bsdf/clear.xml"
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
 //! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
+//! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
 //! [[sensors]]                         # any number
 //! name = "workplane"
 //! points = "points.txt"
@@ -41,6 +42,7 @@
 //! that a section added later touches nothing else.
 
 use super::glare_section::GlareSection;
+use super::import::ImportSection;
 use super::method::MethodSection;
 pub use super::quality::{Preset, QualitySection};
 use super::table::{Document, Table};
@@ -105,6 +107,8 @@ pub struct WindowSection {
     /// Further states of the façade: glare is computed for each, with the same view and daylight
     /// matrices. All states, the first included; empty for one state.
     pub states: Vec<PathBuf>,
+    /// D and Dd made elsewhere.
+    pub daylight: Option<ImportSection>,
 }
 
 /// One `[[sensors]]`: a group of sensors with one result file.
@@ -114,6 +118,10 @@ pub struct SensorsSection {
     pub name: String,
     /// File of `x y z dx dy dz` lines.
     pub points: PathBuf,
+    /// V and Vd made elsewhere.
+    pub view: Option<ImportSection>,
+    /// Cds made elsewhere.
+    pub sun: Option<PathBuf>,
 }
 
 impl Project {
@@ -170,6 +178,7 @@ impl Project {
             return Err(top.error("view", format!("a view cannot have the name '{}': a table of glare has it", view.name)));
         }
         states_match(&top, &windows)?;
+        imports_match(&top, method.choice(&windows).phases, &windows, &sensors)?;
         unique(&top, "window", windows.iter().map(|w| w.name.as_str()))?;
         unique(&top, "sensors", sensors.iter().map(|s| s.name.as_str()))?;
         // Both give matrices V_NAME.
@@ -243,8 +252,9 @@ impl WindowSection {
         if shade.is_some() && tensor_tree.is_some() {
             return Err(table.error("tensor_tree", "the sun is traced either through a 'shade' or through a 'tensor_tree'"));
         }
+        let daylight = ImportSection::read(&mut table, "daylight", "daylight_direct")?;
         table.finish()?;
-        Ok(Self { name, surface, bsdf, shade, tensor_tree, states })
+        Ok(Self { name, surface, bsdf, shade, tensor_tree, states, daylight })
     }
 }
 
@@ -263,12 +273,32 @@ fn states_match(top: &Table<'_, '_>, windows: &[WindowSection]) -> Result<()> {
     }
 }
 
+/// Five phases need the straight parts too, and only they need suns.
+fn imports_match(top: &Table<'_, '_>, phases: u32, windows: &[WindowSection], sensors: &[SensorsSection]) -> Result<()> {
+    let all = windows.iter().map(|w| ("window", &w.name, "daylight", &w.daylight));
+    for (section, name, key, given) in all.chain(sensors.iter().map(|s| ("sensors", &s.name, "view", &s.view))) {
+        if phases == 5 && given.as_ref().is_some_and(|g| g.direct.is_none()) {
+            return Err(top
+                .error(section, format!("'{name}' has a matrix '{key}' without its straight part, which five phases subtract"))
+                .help(format!("add {key}_direct = \"….mtx\"")));
+        }
+    }
+    match sensors.iter().find(|s| phases != 5 && s.sun.is_some()) {
+        None => Ok(()),
+        Some(group) => Err(top
+            .error("sensors", format!("'{}' has a sun matrix, which only five phases use", group.name))
+            .help("write phases = 5 and give the window a shade or tensor_tree, or take 'sun' out")),
+    }
+}
+
 impl SensorsSection {
     fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let name = name(&mut table, "add name = \"workplane\" or the like")?;
         let points = table.required_path("points", "add points = \"….txt\" with a line 'x y z dx dy dz' per sensor")?;
+        let view = ImportSection::read(&mut table, "view", "view_direct")?;
+        let sun = table.path("sun")?;
         table.finish()?;
-        Ok(Self { name, points })
+        Ok(Self { name, points, view, sun })
     }
 }
 

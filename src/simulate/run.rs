@@ -37,6 +37,7 @@ use std::time::Instant;
 /// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins |
 /// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
+/// | `matrices/Sds.mtx` | five phases: the sun's share of S |
 /// | `matrices/replicates_*.mtx` | the independent estimates that V and D are the means of |
 /// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
 /// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D |

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 #[allow(dead_code, reason = "shared with other tests")]
 mod testing;
 
+mod imports;
 mod panes;
 mod projects;
 mod slats;

@@ -96,7 +96,8 @@ fn a_year_of_sun_through_real_slats_is_radiances() {
     };
     let found = run(&points, &SunOptions { disc_samples: 1, ..SunOptions::default() }.direct());
     println!("point suns: worst sensor {:.3} %", 100.0 * worst(&found, &wanted));
-    // One sun in a hundred stands where a sensor is at a slat's edge.
+    // 34 of 4530 lit pairs differ: the sun's centre stands exactly at a slat's edge, and rounding decides.
+    // The others agree within 6e-7, as Radiance's own run of these suns agrees with the reference.
     let off = found.iter().zip(&wanted).filter(|(f, w)| **w > bright && (*f / *w - 1.0).abs() > 0.02).count();
     assert!(off <= 25, "{off} sensors");
     assert!((mean(&found) / mean(&wanted) - 1.0).abs() < 0.01);
@@ -141,4 +142,64 @@ fn discs_through_real_slats_are_radiances() {
         assert!(sigmas < 4.0 || (found / expected - 1.0).abs() < 0.02, "sun {sun}: {found} {expected}");
         assert!(variance.sqrt() < 0.01 * expected);
     }
+}
+
+/// The reference's suns are points, and real discs give other years: 3 % less in the mean and up to 80 %
+/// off at weak sensors, by Radiance itself. So the truth for discs is Radiance's here too, with every disc
+/// made of many small sources. (`-dj 1` would spread it over a square.)
+#[test]
+fn a_year_of_discs_through_real_slats_is_radiances_at_every_sensor() {
+    const POINTS: usize = 512;
+    let Some(t) = tutorial() else { return };
+    let Some(device) = device("the tutorial's year of discs") else { return };
+    let (Some(mut oconv), Some(mut rcontrib)) = (testing::radiance("oconv"), testing::radiance("rcontrib")) else { return };
+    let weather = Weather::read(&t.room.join("weather/NYC.wea"), &mut Warnings::new()).unwrap();
+    let set = SunSet::new(&weather, SunScheme::Patches(ReinhartSky::new(6).unwrap()), &[]).unwrap();
+    let sensors: Vec<Sensor> = t.sensors.iter().copied().step_by(3).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let (mut lights, mut names) = (String::new(), String::new());
+    for (k, sun) in set.suns.iter().enumerate() {
+        let (x, chord) = (sun.direction.any_orthonormal_vector(), sun.chord());
+        let y = sun.direction.cross(x);
+        let angle = 2.0 * sun.radius.to_degrees() / (POINTS as f64).sqrt();
+        names += &format!("sol{k}\n");
+        lights += &format!("void light sol{k} 0 0 3 1e6 1e6 1e6\n");
+        for i in 0..POINTS {
+            let r = chord * ((i as f64 + 0.5) / POINTS as f64).sqrt();
+            // Every disc's spiral is turned differently.
+            let phi = 2.399_963_229_728_653 * i as f64 + 0.7 * k as f64;
+            let d = (sun.direction + (x * phi.cos() + y * phi.sin()) * r).normalize();
+            lights += &format!("sol{k} source p 0 0 4 {:.9} {:.9} {:.9} {angle:.7}\n", d.x, d.y, d.z);
+        }
+    }
+    let file = |name: &str| folder.path().join(name);
+    std::fs::write(file("suns.rad"), lights).unwrap();
+    std::fs::write(file("suns.mod"), names).unwrap();
+    let point = |s: &Sensor| {
+        let (p, d) = (s.position, s.direction);
+        format!("{} {} {} {} {} {}\n", p.x, p.y, p.z, d.x, d.y, d.z)
+    };
+    std::fs::write(file("points"), sensors.iter().map(point).collect::<String>()).unwrap();
+    oconv.args(["materialBlack.rad", "roomBlack.rad", "../reference/fivephase/blindsGeometry.rad"]).arg(file("suns.rad"));
+    std::fs::write(file("room.oct"), testing::output(oconv.current_dir(&t.room))).unwrap();
+    let options = format!("-h -V+ -I+ -ab 0 -dc 1 -dt 0 -dj 0 -ss 0 -y {} -faf -M", sensors.len());
+    rcontrib.args(options.split(' ')).arg(file("suns.mod")).arg(file("room.oct"));
+    rcontrib.current_dir(&t.room).stdin(std::fs::File::open(file("points")).unwrap());
+    let bytes = testing::output(&mut rcontrib);
+    let theirs: Vec<f64> = bytes.chunks_exact(12).map(|v| f64::from(f32::from_le_bytes([v[0], v[1], v[2], v[3]])) / 1e6).collect();
+    let options = SunOptions { disc_samples: 256, ..SunOptions::default() }.direct();
+    let ours = compute(&device, &t.scene, Openings::Anywhere, &sensors, &set.suns, &options, &Silent).unwrap();
+    let suns = set.suns.len();
+    let mut yearly = vec![0.0; suns];
+    set.hours.iter().flatten().for_each(|(sun, radiance)| yearly[*sun] += radiance);
+    let year = |value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+        (0..sensors.len()).map(|row| (0..suns).map(|sun| value(row, sun) * yearly[sun]).sum()).collect()
+    };
+    let (found, wanted) = (year(&|row, sun| at(&ours.total, row, sun)), year(&|row, sun| theirs[row * suns + sun]));
+    let bright = wanted.iter().sum::<f64>() / wanted.len() as f64 / 100.0;
+    let mut off: Vec<f64> = found.iter().zip(&wanted).filter(|(_, w)| **w > bright).map(|(f, w)| (f / w - 1.0).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let worst = off[off.len() - 1];
+    println!("a year of discs at {} sensors: median {:.2} %, worst {:.2} %", off.len(), 100.0 * off[off.len() / 2], 100.0 * worst);
+    assert!(off.len() > 20 && worst < 0.02, "{worst}");
 }

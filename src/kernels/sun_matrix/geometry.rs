@@ -41,6 +41,10 @@ gpu_struct! {
         most_vertices: u32,
         roulette_weight: f32,
         batch_stride: u32,
+        path_sets: u32,
+        padding0: u32,
+        padding1: u32,
+        padding2: u32,
     }
 }
 
@@ -57,8 +61,8 @@ gpu_struct! {
         most_vertices: u32,
         batch_stride: u32,
         gates: u32,
+        path_sets: u32,
         padding0: u32,
-        padding1: u32,
     }
 }
 
@@ -103,8 +107,11 @@ const MOST_PAIRS: usize = 1 << 20;
 pub struct SunOptions {
     /// Points of a sun's disc.
     pub disc_samples: u32,
-    /// Paths to scattering surfaces; all suns share them.
+    /// Paths to scattering surfaces that a sun is seen from.
     pub paths: u32,
+    /// Sets of so many paths. Suns take turns in using them (`number % path_sets`): paths cost little
+    /// beside the rays from their vertices to the suns, and errors of a year of suns even out.
+    pub path_sets: u32,
     /// Most diffuse (or rough) reflections of sunlight: 0 is straight light only, Radiance's `-ab`;
     /// `None` is 16.
     pub bounces: Option<u32>,
@@ -120,7 +127,7 @@ pub struct SunOptions {
 
 impl Default for SunOptions {
     fn default() -> Self {
-        Self { disc_samples: 16, paths: 32, bounces: None, batches: 4, seed: 1, roulette_weight: 0.05, memory: 1 << 30 }
+        Self { disc_samples: 16, paths: 32, path_sets: 4, bounces: None, batches: 4, seed: 1, roulette_weight: 0.05, memory: 1 << 30 }
     }
 }
 
@@ -129,6 +136,11 @@ impl SunOptions {
     #[must_use]
     pub fn direct(self) -> Self {
         Self { bounces: Some(0), ..self }
+    }
+
+    /// The set of paths that the sun of this number uses.
+    pub fn path_set(&self, sun: usize) -> usize {
+        sun % self.path_sets as usize
     }
 
     fn most_vertices(&self) -> u32 {
@@ -196,7 +208,8 @@ pub struct SunMatrix {
     pub total: Matrix<f32>,
     /// Standard error of `direct`; independent from sun to sun.
     pub direct_error: Matrix<f32>,
-    /// Standard error of the scattered part; suns share paths, so errors of one receiver go together.
+    /// Standard error of the scattered part; suns of one [set](SunOptions::path_set) share paths, so
+    /// their errors at one receiver go together.
     pub scattered_error: Matrix<f32>,
     /// Work done.
     pub statistics: TraceStatistics,
@@ -320,8 +333,8 @@ impl<'d> SunTracer<'d> {
         suns: &[Sun],
         options: &SunOptions,
     ) -> Result<Self> {
-        if options.batches < 2 || options.disc_samples == 0 {
-            return Err(Error::new("a sun matrix needs at least two batches and one point of the sun's disc"));
+        if options.batches < 2 || options.disc_samples == 0 || options.path_sets == 0 {
+            return Err(Error::new("a sun matrix needs at least two batches, one point of the sun's disc and one set of paths"));
         }
         if let Some((i, sun)) = suns.iter().enumerate().find(|(_, s)| {
             !s.direction.is_finite()
@@ -373,7 +386,7 @@ impl<'d> SunTracer<'d> {
         let o = &self.options;
         let batches = u64::from(o.batches);
         let sums = batches * self.sun_count as u64 * 24;
-        let slots = if o.scatters() { batches * u64::from(o.paths * o.most_vertices()) * 64 } else { 64 };
+        let slots = if o.scatters() { batches * u64::from(o.paths * o.path_sets * o.most_vertices()) * 64 } else { 64 };
         let most = (MOST_PAIRS / (self.sun_count * o.batches as usize).max(1)).clamp(1, 1 << 15);
         Ok(Plan::new(self.device, o.memory, receivers, &[sums, sums, slots, 64], &[], 1)?.at_most(most))
     }
@@ -415,7 +428,7 @@ impl<'d> SunTracer<'d> {
         let (o, device) = (&self.options, self.device);
         let scatters = o.scatters();
         let paths = if scatters { o.paths } else { 0 };
-        let slots = if scatters { o.batches as usize * count * (o.paths * o.most_vertices()) as usize } else { 1 };
+        let slots = if scatters { o.batches as usize * count * (o.paths * o.path_sets * o.most_vertices()) as usize } else { 1 };
         let vertices = device.zeros::<SunVertex>("vertices that see suns", slots)?;
         if scatters {
             let params = SunPathParams {
@@ -427,11 +440,14 @@ impl<'d> SunTracer<'d> {
                 most_vertices: o.most_vertices(),
                 roulette_weight: o.roulette_weight,
                 batch_stride,
+                path_sets: o.path_sets,
+                ..SunPathParams::default()
             };
             let params = device.uniform("paths to suns", &params)?;
             let own = [("params", &params), ("receivers", receivers), ("vertices", &vertices)];
-            let started = u64::from(paths) * count as u64 * u64::from(o.batches);
-            self.run(&self.vertices, &own, [paths.div_ceil(64), count as u32, o.batches], started, statistics)?;
+            let all = paths * o.path_sets;
+            let started = u64::from(all) * count as u64 * u64::from(o.batches);
+            self.run(&self.vertices, &own, [all.div_ceil(64), count as u32, o.batches], started, statistics)?;
         }
         let params = SunGatherParams {
             seed: stream_seed(o.seed, 0, 0x7375_6e67),
@@ -444,8 +460,8 @@ impl<'d> SunTracer<'d> {
             most_vertices: o.most_vertices(),
             batch_stride,
             gates: self.gate_count,
+            path_sets: o.path_sets,
             padding0: 0,
-            padding1: 0,
         };
         let params = device.uniform("suns", &params)?;
         let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * 6)?;

@@ -57,7 +57,11 @@ gpu_struct! {
         batches: u32,
         panes: u32,
         disc_samples: u32,
-        padding: u32,
+        first_cell: u32,
+        end_cell: u32,
+        padding0: u32,
+        padding1: u32,
+        padding2: u32,
     }
 }
 

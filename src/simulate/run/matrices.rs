@@ -9,6 +9,7 @@ use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
 use crate::simulate::estimate::Estimate;
 use crate::simulate::fingerprint::Fingerprint;
+use crate::simulate::import::{self, Imported};
 use crate::simulate::inputs::Inputs;
 use crate::simulate::presets::{daylight_options, view_options};
 use crate::simulate::sampling::{Source, Stop, sample};
@@ -50,6 +51,10 @@ impl Run<'_> {
         let view_options = |round| ViewOptions { keep_batches: true, ..view_options(project, round) };
         let mut view_inputs = self.view_fingerprint("V");
         view_inputs.add(&sensors).add(&view_options(0)).add(&straight);
+        let given = import::view(inputs.sensors.iter().map(|g| (g.name.as_str(), g.view.as_ref())), inputs.bins())?;
+        if let Some(given) = &given {
+            given.mark(&mut view_inputs);
+        }
         let mut sources = vec![Source {
             name: "V".into(),
             inputs: view_inputs,
@@ -62,7 +67,7 @@ impl Run<'_> {
                 seconds.lock().unwrap_or_else(PoisonError::into_inner).view += clock.elapsed().as_secs_f64();
                 Ok(traced)
             }),
-            exact: sensors.is_empty().then(|| Estimate::exact(none(), none())),
+            exact: sensors.is_empty().then(|| Estimate::exact(none(), none())).or_else(|| given.map(Imported::into_estimate)),
         }];
         for (i, window) in inputs.windows.iter().enumerate() {
             let sky = project.method.sky;
@@ -73,6 +78,9 @@ impl Run<'_> {
                 .add(&sky)
                 .add(&options(0))
                 .add(&straight);
+            if let Some(given) = &window.daylight {
+                given.mark(&mut fingerprint);
+            }
             let (statistics, seconds) = (&statistics, &seconds);
             sources.push(Source {
                 name: format!("D_{}", window.name),
@@ -86,9 +94,11 @@ impl Run<'_> {
                     seconds.lock().unwrap_or_else(PoisonError::into_inner).daylight += clock.elapsed().as_secs_f64();
                     Ok(traced)
                 }),
-                exact: (project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window)).then(|| {
-                    let shares = unobstructed::compute(&window.window, sky);
-                    Estimate::exact(shares.clone(), shares)
+                exact: window.daylight.clone().map(Imported::into_estimate).or_else(|| {
+                    (project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window)).then(|| {
+                        let shares = unobstructed::compute(&window.window, sky);
+                        Estimate::exact(shares.clone(), shares)
+                    })
                 }),
             });
         }

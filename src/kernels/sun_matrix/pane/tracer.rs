@@ -116,7 +116,7 @@ impl<'d> PaneTracer<'d> {
             batches: self.options.batches,
             panes: self.panes.len() as u32,
             disc_samples: self.options.disc_samples.max(1),
-            padding: 0,
+            ..PaneParams::default()
         }
     }
 
@@ -209,18 +209,28 @@ impl<'d> PaneTracer<'d> {
                         ("passed", &passed),
                     ];
                     self.dispatch(&kernels[1], true, &own, &shared, [tile.len(), all, 1], "receivers at panes", &mut result.statistics)?;
-                    let own = [
-                        ("params", &params),
-                        ("panes", &shared.panes),
-                        ("cells", &shared.cells),
-                        ("suns", &sun_buffer),
-                        ("passed", &passed),
-                        ("receivers", &receiver_buffer),
-                        ("sun_ends", &sun_ends),
-                        ("bsdf_words", &shared.words),
-                        ("sums", &sums),
-                    ];
-                    self.dispatch(&kernels[2], false, &own, &shared, grid, "gathering over panes", &mut result.statistics)?;
+                    let grid = [tile.len(), sun_chunk.count.div_ceil(GATHERED_SUNS), batches];
+                    let mut params = self.params(tile.len(), sun_chunk.count);
+                    while params.end_cell < params.cells {
+                        params.first_cell = params.end_cell;
+                        params.end_cell = (params.first_cell + GATHERED_CELLS).min(params.cells);
+                        let params = self.device.uniform("parameters", &params)?;
+                        let own = [
+                            ("params", &params),
+                            ("panes", &shared.panes),
+                            ("cells", &shared.cells),
+                            ("suns", &sun_buffer),
+                            ("passed", &passed),
+                            ("receivers", &receiver_buffer),
+                            ("sun_ends", &sun_ends),
+                            ("bsdf_words", &shared.words),
+                            ("sums", &sums),
+                        ];
+                        self.dispatch(&kernels[2], false, &own, &shared, grid, "gathering over panes", &mut result.statistics)?;
+                        if progress.stop_requested() {
+                            return Err(cancelled());
+                        }
+                    }
                     parts[0] = self.device.read_finite(&sums)?;
                 }
                 if self.is_clear {
@@ -311,5 +321,10 @@ impl<'d> PaneTracer<'d> {
     }
 }
 
+/// Suns of one invocation of `pane_gather`.
+const GATHERED_SUNS: usize = 4;
+/// Cells of one dispatch of it. Mesa's lavapipe ends all loops of an invocation after 65,535 turns; a cell
+/// takes at most 64 points × (4 suns × 54 steps down a tree of 2⁹ cells + 10 rings) = 14,500.
+const GATHERED_CELLS: u32 = 4;
 /// Most rows of a tile: dispatches have no more than 65535 workgroups along an axis.
 const MOST_ROWS: usize = 1 << 14;
