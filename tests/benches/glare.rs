@@ -5,6 +5,9 @@
 //! `cargo bench --bench glare [-- SIDE [VIEWS]]`: pixels along a side (400), and how often the view
 //! is judged. V, D and S are computed once and kept in target/tmp.
 
+#[path = "record.rs"]
+mod record;
+
 use lucarne::Warnings;
 use lucarne::camera::View;
 use lucarne::glare::{Analyser, PixelGeometry, Settings};
@@ -159,11 +162,16 @@ fn main() -> Fallible<()> {
         rate(&*multiplier, stack.candidates(), stack.terms(), 256.min(hours.len()))?;
     }
     let (cpu, wall, found) = own;
+    let mut record = record::Record::new("glare");
+    record.add(format!("hours of a year at {side} × {side}"), hours.len() as f64 / cpu, "hours/CPU-s");
     let Some(bin) = radiance() else {
         println!("SKIPPED Radiance: pyradiance is not installed");
+        record.finish();
         return Ok(());
     };
-    peer(&bin, &folder, &room, &v, &d, &s, &hours, &camera, &found, (cpu, wall))
+    peer(&bin, &folder, &room, &v, &d, &s, &hours, &camera, &found, (cpu, wall), &mut record)?;
+    record.finish();
+    Ok(())
 }
 
 /// Rate of the product of one component that the fused way replaces.
@@ -192,6 +200,7 @@ fn peer(
     camera: &View,
     found: &[lucarne::kernels::glare::HourGlare],
     (own_cpu, own_wall): (f64, f64),
+    record: &mut record::Record,
 ) -> Fallible<()> {
     let work = folder.join("radiance");
     std::fs::create_dir_all(&work)?;
@@ -239,6 +248,7 @@ fn peer(
     println!("  evalglare                              {:11.4}  {:16.4}", judge_cpu / n, judge_wall / n);
     println!("  lucarne, both                          {:11.6}  {:16.6}", own_cpu / count, own_wall / count);
     println!("CPU time: {:.0} times less", (multiply_cpu + judge_cpu) / n / (own_cpu / count));
+    record.add("dctimestep and evalglare / lucarne", (multiply_cpu + judge_cpu) / n / (own_cpu / count), "ratio of CPU time");
     let newest = 2.0 * NEWEST_DCTIMESTEP * (v.rows() as f64 / 160_000.0) + judge_cpu / n;
     println!(
         "against {NEWEST_DCTIMESTEP} s on two processors for the newest dctimestep at 400 × 400 (in proportion to the pixels) and this evalglare: {:.0} times less",

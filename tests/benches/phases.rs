@@ -13,6 +13,9 @@
 //! tutorial room in ../shared if it is there, else the office of scenes/); `light` leaves out
 //! Radiance's costly levels.
 
+#[path = "record.rs"]
+mod record;
+
 use lucarne::bsdf;
 use lucarne::matrix::file::read_matrix;
 use lucarne::{Warnings, matrix::Matrix};
@@ -211,6 +214,7 @@ fn main() -> Result<(), String> {
             output: at("x.mtx").into(),
         },
     ];
+    let mut record = record::Record::new("phases");
     for (number, phase) in phases.iter().enumerate() {
         println!("\n{}", phase.name);
         let curve = |who: &str, levels: &[(String, String)]| -> Result<Vec<(f64, f64)>, String> {
@@ -230,14 +234,19 @@ fn main() -> Result<(), String> {
             Ok(points)
         };
         let own = curve("lucarne", &phase.ours)?;
+        if let Some(seconds) = time_at(&own, 1.0) {
+            record.add(format!("{} to 1 % of an hour", phase.name), 1.0 / seconds, "1/CPU-s");
+        }
         if environment.is_none() {
             continue;
         }
         for (seconds, e) in curve("rfluxmtx", &phase.peer)? {
             if let Some(same) = time_at(&own, e) {
+                record.add(format!("{}: rfluxmtx / lucarne at {e:.1} %", phase.name), seconds / same, "ratio of CPU time");
                 println!("  at {e:.2} %: rfluxmtx {seconds:.1} s, lucarne {same:.2} s: {:.0} times less", seconds / same);
             }
         }
     }
+    record.finish();
     Ok(())
 }

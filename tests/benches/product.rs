@@ -5,6 +5,9 @@
 //!
 //! `cargo bench --bench product [-- PIXELS HOURS]`
 
+#[path = "record.rs"]
+mod record;
+
 use lucarne::gpu::Device;
 use lucarne::kernels::product::{Arrangement, DeviceKernel, Multiplier, Native, OnDevice};
 use std::process::Command;
@@ -57,6 +60,8 @@ fn main() {
             multipliers.extend(OnDevice::with_kernel(&device, kernel).map(|m| Box::new(m) as Box<dyn Multiplier>));
         }
     }
+    let mut record = record::Record::new("product");
+    let mut best = 0.0f64;
     for multiplier in multipliers {
         let mut factors = None;
         let mut prepare = || {
@@ -70,6 +75,9 @@ fn main() {
             let mut run = || multiplier.multiply(&left, &right, 0, hours, arrangement, &mut product).expect("product");
             run();
             let (cpu, wall) = measure(run);
+            let rate = flops / cpu / 1e9;
+            best = best.max(rate);
+            record.add(format!("{} ({arrangement:?})", multiplier.description()), rate, "GFLOP/CPU-s");
             println!(
                 "{:>7.1} GFLOP per CPU-second, {:>7.1} per second   {} ({arrangement:?}); factors made ready in {:.2} CPU-seconds",
                 flops / cpu / 1e9,
@@ -87,7 +95,15 @@ fn main() {
          c,w=sorted(t)[{REPEATS}//2];print('%7.1f GFLOP per CPU-second, %7.1f per second   numpy %s'%({flops}/c/1e9,{flops}/w/1e9,numpy.__version__))"
     );
     match Command::new("python3").args(["-c", &script]).output() {
-        Ok(out) if out.status.success() => print!("{}", String::from_utf8_lossy(&out.stdout)),
+        Ok(out) if out.status.success() => {
+            let text = String::from_utf8_lossy(&out.stdout);
+            print!("{text}");
+            if let Some(numpy) = text.split_whitespace().next().and_then(|word| word.parse::<f64>().ok()) {
+                record.add("numpy", numpy, "GFLOP/CPU-s");
+                record.add("best / numpy", best / numpy, "ratio");
+            }
+        }
         _ => println!("SKIPPED numpy: python3 with numpy is not installed"),
     }
+    record.finish();
 }

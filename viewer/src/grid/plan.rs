@@ -73,10 +73,17 @@ impl Plan<'_> {
         painter.rect_filled(frame.rect(), 0.0, plot::field(ui));
         let half = cells.size * 0.5;
         let cell_points = vec2((cells.size.x * frame.unit()) as f32, (cells.size.y * frame.unit()) as f32);
-        for (m, v) in cells.middles.iter().zip(self.values) {
+        for (i, (m, v)) in cells.middles.iter().zip(self.values).enumerate() {
             let color = self.palette.color(self.scale.position(*v));
             let cell = Rect::from_two_pos(frame.screen(*m - half), frame.screen(*m + half));
-            painter.rect_filled(cell.shrink(0.5), 0.0, color32(color));
+            let outline: Vec<egui::Pos2> = cells.outline(i).into_iter().map(|p| frame.screen(p)).collect();
+            let bounds = Rect::from_points(&outline);
+            // Cells of even grids are rectangles.
+            if outline.iter().all(|p| (p.x == bounds.left() || p.x == bounds.right()) && (p.y == bounds.top() || p.y == bounds.bottom())) {
+                painter.rect_filled(bounds.shrink(0.5), 0.0, color32(color));
+            } else {
+                painter.add(egui::Shape::convex_polygon(outline, color32(color), Stroke::new(1.0, plot::field(ui))));
+            }
             let text = (self.label)(*v);
             if cell_points.x > 26.0 && cell_points.y > 15.0 && !text.is_empty() {
                 painter.text(
