@@ -208,3 +208,32 @@ fn a_target_of_one_percent_is_met_against_the_converged_result() {
         assert_eq!(results(&device, &project, &inputs, &out).0, whole, "stopped after {after}");
     }
 }
+
+#[test]
+fn sky_and_phases_follow_the_glazing() {
+    use lucarne::bsdf::{Block, Blocks, Bsdf, TensorTree, write};
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let even = Blocks { transmission_front: Some(Block::Tree(TensorTree::constant(4, 0.1))), ..Blocks::default() };
+    write(Some(&at("panel.xml")), &Bsdf { visible: even, ..Bsdf::default() }, "a test").unwrap();
+    let blinds = Path::new(SCENES).join("blinds");
+    for name in ["blind.xml", "window.rad", "points.txt", "room.rad"] {
+        std::fs::copy(blinds.join(name), at(name)).unwrap();
+    }
+    std::fs::copy(Path::new(SCENES).join("office/weather/new_york.wea"), at("weather.wea")).unwrap();
+    // The same data stand for the pane that suns are traced through.
+    for (bsdf, sky, phases, suns) in [("panel.xml", 2, 3, ""), ("blind.xml", 4, 5, ""), ("panel.xml", 2, 5, "suns = 4")] {
+        let text = format!(
+            "[weather]\nfile = \"weather.wea\"\n[scene]\nfiles = [\"room.rad\"]\n[[window]]\nname = \"w\"\n\
+             surface = \"window.rad\"\nbsdf = \"{bsdf}\"\ntensor_tree = \"{bsdf}\"\n[[sensors]]\nname = \"s\"\n\
+             points = \"points.txt\"\n[method]\nsky_subdivision = \"auto\"\n{suns}\n"
+        );
+        std::fs::write(at("project.toml"), text).unwrap();
+        let project = Project::read(&at("project.toml")).unwrap();
+        assert_eq!((project.method.sky.subdivision(), project.method.choice(&project.windows).phases), (sky, phases), "{bsdf} {suns}");
+        let inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
+        let plan = lucarne::simulate::plan::plan(&project, &inputs).unwrap().to_string();
+        assert!(plan.contains(&format!("MF:{sky} (as the glazing asks)")), "{plan}");
+        assert!(phases == 5 || plan.contains("spread all light evenly"), "{plan}");
+    }
+}

@@ -1,5 +1,6 @@
 //! `[method]`: how many phases, which suns, and what is chosen where the project leaves it open.
 
+use super::glazing;
 use super::project::WindowSection;
 use super::suns::SunScheme;
 use super::table::Table;
@@ -28,6 +29,10 @@ pub struct MethodSection {
     pub suns: SunScheme,
     /// Division of the sky, Reinhart MF:n.
     pub sky: ReinhartSky,
+    /// Whether the sky was left to the glazing.
+    pub sky_follows_glazing: bool,
+    /// Whether no window that suns could be traced through passes a sun as such: diffuse panels.
+    pub suns_are_spread: bool,
     /// Radiance's `-ab`; `None`: paths end by Russian roulette only, without bias.
     pub bounces: Option<u32>,
 }
@@ -44,8 +49,21 @@ pub struct Choice {
 impl MethodSection {
     pub(super) fn read(table: Option<Table<'_, '_>>, windows: &[WindowSection]) -> Result<Self> {
         let patches = SunScheme::Patches(ReinhartSky::new(SunScheme::DEFAULT_SUBDIVISION)?);
-        let mut method = Self { phases: Phases::Auto, suns: patches, sky: ReinhartSky::new(1)?, bounces: None };
-        let Some(mut table) = table else { return Ok(method) };
+        let mut method = Self {
+            phases: Phases::Auto,
+            suns: patches,
+            sky: ReinhartSky::new(1)?,
+            bounces: None,
+            sky_follows_glazing: false,
+            suns_are_spread: false,
+        };
+        let mut sunny = windows.iter().filter(|w| w.lets_suns_through()).peekable();
+        // Real slats in front of a window are as sharp as they are, whatever its scattering data say.
+        let spread = |w: &WindowSection| w.shade.is_none() && glazing::is_diffuse(w);
+        let Some(mut table) = table else {
+            method.suns_are_spread = sunny.peek().is_some() && sunny.all(spread);
+            return Ok(method);
+        };
         method.phases = match table.integer_or_choice("phases", 1..=100, &["auto"])? {
             None | Some(Err(_)) => Phases::Auto,
             Some(Ok(2)) => Phases::Two,
@@ -61,8 +79,13 @@ impl MethodSection {
             Some(Ok(n)) => SunScheme::Patches(ReinhartSky::new(n as usize)?),
             Some(Err(_)) => SunScheme::HOURLY,
         };
-        if let Some(n) = table.integer("sky_subdivision", 1..=6)? {
-            method.sky = ReinhartSky::new(n as usize)?;
+        match table.integer_or_choice("sky_subdivision", 1..=6, &["auto"])? {
+            None => {}
+            Some(Ok(n)) => method.sky = ReinhartSky::new(n as usize)?,
+            Some(Err(_)) => (method.sky, method.sky_follows_glazing) = (glazing::sky(windows)?, true),
+        }
+        if method.phases == Phases::Auto && suns.is_none() {
+            method.suns_are_spread = sunny.peek().is_some() && sunny.all(spread);
         }
         method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
         let shaded = windows.iter().find(|w| w.lets_suns_through());
@@ -96,6 +119,9 @@ impl MethodSection {
             Phases::Two => Choice { phases: 2, why: "as asked: daylight coefficients V·T·D are kept" },
             Phases::Three => Choice { phases: 3, why: "as asked" },
             Phases::Five => Choice { phases: 5, why: "as asked" },
+            Phases::Auto if shaded && self.suns_are_spread => {
+                Choice { phases: 3, why: "the windows that suns could be traced through spread all light evenly" }
+            }
             Phases::Auto if shaded => {
                 Choice { phases: 5, why: "a window has a shade or tensor tree, whose patches of sun the sky's patches would blur" }
             }

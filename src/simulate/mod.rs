@@ -9,6 +9,7 @@ mod glare_eyes;
 mod glare_noise;
 mod glare_output;
 pub mod glare_section;
+mod glazing;
 pub mod import;
 pub mod inputs;
 pub mod method;

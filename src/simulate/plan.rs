@@ -64,6 +64,8 @@ pub struct RunPlan {
     pub preset: String,
     /// Reinhart subdivision of the sky.
     pub sky_subdivision: usize,
+    /// Whether it was left to the glazing.
+    pub sky_follows_glazing: bool,
     /// Time steps.
     pub hours: usize,
     /// Time steps that are not night.
@@ -101,6 +103,7 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
         phases_because: choice.why.to_string(),
         preset: project.quality.name(),
         sky_subdivision: project.method.sky.subdivision(),
+        sky_follows_glazing: project.method.sky_follows_glazing,
         hours: inputs.weather.records.len(),
         lit_hours,
         model: model(inputs),
@@ -323,8 +326,12 @@ impl fmt::Display for RunPlan {
         writeln!(f, "{method}\n  {}", self.phases_because)?;
         writeln!(
             f,
-            "  sky MF:{}, {} hours of which {} have light, quality {}",
-            self.sky_subdivision, self.hours, self.lit_hours, self.preset
+            "  sky MF:{}{}, {} hours of which {} have light, quality {}",
+            self.sky_subdivision,
+            if self.sky_follows_glazing { " (as the glazing asks)" } else { "" },
+            self.hours,
+            self.lit_hours,
+            self.preset
         )?;
         writeln!(f, "\nWhat is modelled")?;
         for line in &self.model {

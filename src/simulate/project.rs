@@ -29,7 +29,7 @@
 //! [method]
 //! phases = "auto"                     # "auto" | 2 | 3 | 5
 //! suns = 6                            # of five phases: Reinhart MF, or "hourly"
-//! sky_subdivision = 1                 # Reinhart MF
+//! sky_subdivision = 1                 # Reinhart MF (1 if left out), or "auto": as the glazing asks
 //! bounces = 4                         # left out: not truncated (Russian roulette)
 //! [quality]
 //! preset = "standard"                 # draft | standard | final
