@@ -1,8 +1,10 @@
 //! Annual glare of the shipped office as users run it: all files, and every number against float
 //! pictures of the same hours given to `lucarne glare`.
 
+mod device;
+
+use device::device;
 use lucarne::Warnings;
-use lucarne::gpu::Device;
 use lucarne::image::exr;
 use lucarne::kernels::product::Native;
 use lucarne::matrix::Matrix;
@@ -15,19 +17,6 @@ use std::process::Command;
 
 fn office() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/office")
-}
-
-/// Whether kernels can run here. Says so when they cannot; fails where they must
-/// (`LUCARNE_REQUIRE_GPU=1`).
-fn has_device() -> bool {
-    match Device::shared() {
-        Ok(_) => true,
-        Err(error) => {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "{error}");
-            eprintln!("SKIPPED annual glare: {error}");
-            false
-        }
-    }
 }
 
 fn lucarne(arguments: &[&str]) -> String {
@@ -100,7 +89,7 @@ fn write_hours(out: &Path, view: &str, hours: &[usize], pattern: &str) {
 
 #[test]
 fn the_year_is_that_of_float_pictures_and_all_files_are_there() {
-    if !has_device() {
+    if device("annual glare").is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -187,7 +176,7 @@ fn the_year_is_that_of_float_pictures_and_all_files_are_there() {
 
 #[test]
 fn standard_errors_are_the_spread_over_seeds() {
-    if !has_device() {
+    if device("annual glare").is_none() {
         return;
     }
     const SEEDS: usize = 6;
@@ -230,7 +219,7 @@ fn standard_errors_are_the_spread_over_seeds() {
 
 #[test]
 fn states_and_points_share_matrices_and_give_a_result_each() {
-    if !has_device() {
+    if device("annual glare").is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -259,7 +248,7 @@ fn states_and_points_share_matrices_and_give_a_result_each() {
 
 #[test]
 fn several_rooms_share_matrices_and_have_one_table() {
-    if !has_device() {
+    if device("annual glare").is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -2,25 +2,14 @@
 //! and no material gives a number that is none. The kernels' own extremes are tested beside them
 //! (`src/kernels/**/extremes.rs`), those of skies in `src/sky`.
 
-use lucarne::gpu::Device;
+mod device;
+
+use device::device;
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-/// Whether kernels can run here. Says so when they cannot; fails where they must
-/// (`LUCARNE_REQUIRE_GPU=1`).
-fn has_device() -> bool {
-    match Device::shared() {
-        Ok(_) => true,
-        Err(error) => {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "{error}");
-            eprintln!("SKIPPED extremes: {error}");
-            false
-        }
-    }
-}
 
 /// What the program says on both streams.
 fn lucarne(folder: &Path, arguments: &[&str]) -> String {
@@ -98,7 +87,7 @@ fn assert_all_finite(folder: &Path) {
 
 #[test]
 fn what_a_black_room_receives_is_sky_and_sun_to_the_last_digits() {
-    if !has_device() {
+    if device("extremes").is_none() {
         return;
     }
     // Where nothing reflects, V·T·D·S and Vd·T·Dd·Sds have the whole sun in common, many times the
@@ -127,7 +116,7 @@ fn what_a_black_room_receives_is_sky_and_sun_to_the_last_digits() {
 
 #[test]
 fn polar_nights_leap_days_and_minutes_give_numbers() {
-    if !has_device() {
+    if device("extremes").is_none() {
         return;
     }
     let folder = blinds("0.5");
@@ -156,7 +145,7 @@ fn polar_nights_leap_days_and_minutes_give_numbers() {
 
 #[test]
 fn windows_that_pass_nothing_and_surfaces_that_return_too_much() {
-    if !has_device() {
+    if device("extremes").is_none() {
         return;
     }
     let folder = blinds("1.2");

@@ -1,6 +1,9 @@
 //! Annual glare with the terms of five phases: hour by hour against float pictures made from the
 //! definition, against sensors in the eye's place, against Radiance's pictures, and over seeds.
 
+mod device;
+
+use device::device;
 use lucarne::gpu::Device;
 use lucarne::image::{Picture, exr};
 use lucarne::kernels::sun_matrix::pixels::SparsePicture;
@@ -18,18 +21,6 @@ use std::process::Command;
 #[path = "../src/testing.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod testing;
-
-/// A device, unless none is there; fails where there must be one (`LUCARNE_REQUIRE_GPU=1`).
-fn device(what: &str) -> Option<Device> {
-    match Device::shared() {
-        Ok(device) => Some(device),
-        Err(error) => {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "LUCARNE_REQUIRE_GPU=1, but {error}");
-            eprintln!("SKIPPED {what}: {error}");
-            None
-        }
-    }
-}
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/blinds");
 

@@ -1,6 +1,9 @@
 //! `[quality]` and `--no-prune` on whole projects: what is left out changes nothing, what is asked for
 //! is met, whatever the resume point.
 
+mod device;
+
+use device::device;
 use lucarne::Warnings;
 use lucarne::gpu::Device;
 use lucarne::matrix::Matrix;
@@ -12,18 +15,6 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
-
-/// The device, or the reason why there is none; a failure where one is required.
-fn device() -> Option<Device> {
-    match Device::shared() {
-        Ok(device) => Some(device),
-        Err(error) => {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "{error}");
-            eprintln!("SKIPPED a test: {error}");
-            None
-        }
-    }
-}
 
 /// A shipped scene without its pictures, on one day in March.
 fn scene(name: &str) -> (Project, Inputs) {
@@ -50,7 +41,7 @@ fn results(device: &Device, project: &Project, inputs: &Inputs, out: &Path) -> (
 
 #[test]
 fn leaving_out_what_is_not_needed_changes_no_more_than_the_plan_says() {
-    let Some(device) = device() else { return };
+    let Some(device) = device("quality") else { return };
     let mut by_quadrature = 0;
     for (name, open) in [("office", false), ("asymmetric", false), ("asymmetric", true), ("blinds", false)] {
         let (mut project, mut inputs) = scene(name);
@@ -94,7 +85,7 @@ fn leaving_out_what_is_not_needed_changes_no_more_than_the_plan_says() {
 
 #[test]
 fn standard_quality_meets_two_percent_on_every_shipped_scene() {
-    let Some(device) = device() else { return };
+    let Some(device) = device("quality") else { return };
     for name in ["office", "asymmetric", "blinds"] {
         let mut project = Project::read(&Path::new(SCENES).join(name).join("project.toml")).unwrap();
         assert_eq!(project.quality.preset, Preset::Standard);
@@ -119,7 +110,7 @@ fn standard_quality_meets_two_percent_on_every_shipped_scene() {
 #[test]
 fn a_sweep_measures_error_against_time() {
     use lucarne::simulate::tradeoff::{Knob, Sweep, write};
-    let Some(device) = device() else { return };
+    let Some(device) = device("quality") else { return };
     let (project, mut inputs) = scene("asymmetric");
     inputs.sensors[0].sensors.truncate(3);
     let folder = tempfile::tempdir().unwrap();
@@ -164,7 +155,7 @@ impl Progress for StopAfter {
 
 #[test]
 fn a_target_of_one_percent_is_met_against_the_converged_result() {
-    let Some(device) = device() else { return };
+    let Some(device) = device("quality") else { return };
     let (mut project, mut inputs) = scene("asymmetric");
     inputs.sensors[0].sensors.truncate(4);
     let folder = tempfile::tempdir().unwrap();

@@ -2,6 +2,9 @@
 //! room (reference data beside the repository), and a room without symmetry against Radiance's
 //! programs themselves. Tests whose reference is absent say so and pass.
 
+mod device;
+
+use device::device;
 use lucarne::bins::{KlemsBasis, ReinhartSky};
 use lucarne::gpu::Device;
 use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
@@ -27,17 +30,6 @@ mod testing;
 
 /// Weights with which the reference illuminances were made.
 const WEIGHTS: [f64; 3] = [47.4, 119.9, 11.6];
-
-fn device(what: &str) -> Option<Device> {
-    match Device::shared() {
-        Ok(device) => Some(device),
-        Err(error) => {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "LUCARNE_REQUIRE_GPU=1, but {error}");
-            eprintln!("SKIPPED {what}: {error}");
-            None
-        }
-    }
-}
 
 /// A room from its folder: scene, window and sensors.
 fn room(folder: &Path, files: &[&str], window: &str) -> (Scene, Window, Vec<Sensor>) {

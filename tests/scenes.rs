@@ -1,6 +1,9 @@
 //! The shipped scenes: analytic cases against their `expected.toml`, projects that can be read, and
 //! BSDFs that are what they claim to be.
 
+mod device;
+
+use device::device;
 use lucarne::bins::{AngleBasis, KlemsBasis, ReinhartSky};
 use lucarne::gpu::Device;
 use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
@@ -16,18 +19,6 @@ use std::path::{Path, PathBuf};
 
 fn scenes() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
-}
-
-/// The device, or the reason why there is none; a failure where one is required.
-fn device() -> Option<Device> {
-    match Device::shared() {
-        Ok(device) => Some(device),
-        Err(error) => {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "{error}");
-            eprintln!("SKIPPED a test: {error}");
-            None
-        }
-    }
 }
 
 /// Green channel of each row's sum; the analytic scenes are grey.
@@ -89,7 +80,7 @@ fn values(found: &Found, entry: &toml::Value) -> Vec<f64> {
 
 #[test]
 fn analytic_scenes_give_their_known_answers() {
-    let Some(device) = device() else { return };
+    let Some(device) = device("shipped scenes") else { return };
     let mut cases = 0;
     for folder in ["furnace", "facing_window", "horizontal_window"] {
         let folder = scenes().join("analytic").join(folder);

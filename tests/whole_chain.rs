@@ -3,6 +3,9 @@
 //!
 //! The references are large and not part of the repository: `LUCARNE_SHARED`, else `../shared`.
 
+mod device;
+
+use device::device;
 use lucarne::gpu::Device;
 use lucarne::matrix::file::read_matrix;
 use lucarne::progress::Silent;
@@ -18,18 +21,6 @@ fn shared() -> Option<PathBuf> {
         Ok(data) => Some(data),
         Err(_) => {
             eprintln!("SKIPPED the whole chain: no reference data at {}", folder.display());
-            None
-        }
-    }
-}
-
-/// The device, or the reason why there is none; a failure where one is required.
-fn device() -> Option<Device> {
-    match Device::shared() {
-        Ok(device) => Some(device),
-        Err(error) => {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "{error}");
-            eprintln!("SKIPPED the whole chain: {error}");
             None
         }
     }
@@ -113,7 +104,7 @@ const SEEDS: std::ops::RangeInclusive<u32> = 1..=3;
 
 #[test]
 fn a_year_in_the_tutorial_room_agrees_with_radiance() {
-    let (Some(data), Some(device)) = (shared(), device()) else { return };
+    let (Some(data), Some(device)) = (shared(), device("the whole chain")) else { return };
     let folder = tempfile::tempdir().unwrap();
     // Hourly errors: 2 % where the glazing is clear, 1 % where it scatters. The references have
     // themselves 0.5 % and 0.23 %.

@@ -1,6 +1,10 @@
 //! The five-phase method: suns through real slats against Radiance's results (reference data beside
 //! the repository; its absence is said), and whole projects through the library.
 
+#[path = "../device/mod.rs"]
+mod device;
+
+use device::device;
 use lucarne::bins::ReinhartSky;
 use lucarne::gpu::Device;
 use lucarne::kernels::sun_matrix::Sun;
@@ -22,17 +26,6 @@ mod imports;
 mod panes;
 mod projects;
 mod slats;
-
-fn device(what: &str) -> Option<Device> {
-    match Device::shared() {
-        Ok(device) => Some(device),
-        Err(error) => {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "LUCARNE_REQUIRE_GPU=1, but {error}");
-            eprintln!("SKIPPED {what}: {error}");
-            None
-        }
-    }
-}
 
 fn at(m: &Matrix<f32>, row: usize, column: usize) -> f64 {
     f64::from(m.at(row, column)[0])
