@@ -165,13 +165,13 @@ impl Scatter {
     fn labels(&self, drawing: &mut Drawing, panel: &Panel, place: &dyn Fn([f64; 2]) -> [f64; 2], [left, top]: [f64; 2]) {
         let size = TEXT * 0.85;
         let mut taken: Vec<[f64; 4]> =
-            panel.points.iter().map(|p| place(p.at)).map(|[x, y]| [x - 5.0, y - 5.0, x + 5.0, y + 5.0]).collect();
+            panel.points.iter().map(|p| place(p.at)).map(|[x, y]| [x - 8.0, y - 5.0, x + 8.0, y + 5.0]).collect();
         for point in panel.points.iter().filter(|p| !p.label.is_empty()) {
             let [x, y] = place(point.at);
             let width = font::width(&point.label, size);
             let boxes = [
-                [x + 9.0, y - size / 2.0],
-                [x - 9.0 - width, y - size / 2.0],
+                [x + 11.0, y - size / 2.0],
+                [x - 11.0 - width, y - size / 2.0],
                 [x - width / 2.0, y - 10.0 - size],
                 [x - width / 2.0, y + 10.0],
                 [x + 6.0, y + 8.0],
@@ -184,7 +184,16 @@ impl Scatter {
             let free = |b: &[f64; 4]| taken.iter().all(|t| b[2] < t[0] || t[2] < b[0] || b[3] < t[1] || t[3] < b[1]);
             let Some(found) = boxes.into_iter().find(|b| fits(b) && free(b)) else { continue };
             taken.push(found);
-            drawing.label(&*point.label, [found[0], (found[1] + found[3]) / 2.0], size, self.series[point.series].1, Anchor::Start);
+            drawing.text(Text {
+                text: point.label.clone(),
+                place: [found[0], f64::midpoint(found[1], found[3])],
+                size,
+                color: self.series[point.series].1,
+                anchor: Anchor::Start,
+                vertical: false,
+                centered: true,
+                halo: Some([255; 3]),
+            });
         }
     }
 }

@@ -149,8 +149,7 @@ pub fn knobs(project: &Project, inputs: &Inputs) -> Vec<Knob> {
         all.extend([0.5, 2.0].map(Knob::Picture));
     }
     if project.method.choice(&project.windows).phases == 5 {
-        all.push(Knob::Suns(1));
-        all.push(Knob::HourlySuns);
+        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns]);
     }
     all
 }
