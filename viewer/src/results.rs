@@ -24,6 +24,8 @@ pub struct Group {
     pub directions: Vec<DVec3>,
     /// Lux, `[sensor][hour]`.
     pub lux: Arc<Matrix<f32>>,
+    /// Their standard errors, lx, if the folder has them.
+    pub error: Option<Matrix<f32>>,
 }
 
 impl Group {
@@ -56,6 +58,8 @@ pub struct GlareYear {
     pub view: String,
     /// DGP by hour; NaN where it was not computed (night).
     pub dgp: Vec<f64>,
+    /// Its standard error; NaN where it is not known.
+    pub error: Vec<f64>,
     /// Class by hour, 0…3, NaN where none.
     pub class: Vec<f64>,
 }
@@ -118,7 +122,9 @@ impl Results {
             if times.len() == lux.cols() {
                 stamps = times;
             }
-            groups.push(Group { name, positions, directions: Vec::new(), lux: Arc::new(lux) });
+            let error = read_matrix(&folder.join("illuminance").join(format!("{name}_standard_error.mtx"))).ok().map(|f| f.matrix);
+            let error = error.filter(|e| (e.rows(), e.cols()) == (lux.rows(), lux.cols()));
+            groups.push(Group { name, positions, directions: Vec::new(), lux: Arc::new(lux), error });
         }
         let windows: Vec<String> = names("matrices").iter().filter_map(|n| n.strip_prefix("D_").map(str::to_string)).collect();
         let mut views = Vec::new();
@@ -183,7 +189,7 @@ impl Results {
             folder: path.to_path_buf(),
             title: format!("{}   {} sensors, {hours} hours", path.display(), lux.rows()),
             stamps,
-            groups: vec![Group { name, positions, directions: Vec::new(), lux: Arc::new(lux) }],
+            groups: vec![Group { name, positions, directions: Vec::new(), lux: Arc::new(lux), error: None }],
             views: Vec::new(),
             glare: Vec::new(),
             windows: Vec::new(),
@@ -276,8 +282,9 @@ fn read_hours(file: &Path, state: &str, hours: usize, notes: &mut Vec<String>) -
     let columns: Vec<&str> = lines.next()?.split(',').map(str::trim).collect();
     let column = |name: &str| columns.iter().position(|c| *c == name);
     let (hour, dgp, light) = (column("hour")?, column("dgp")?, column("ev_lux")?);
+    let error = column("dgp_standard_error");
     let name = file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let mut year = GlareYear { view: name + state, dgp: vec![f64::NAN; hours], class: vec![f64::NAN; hours] };
+    let mut year = GlareYear { view: name + state, dgp: vec![f64::NAN; hours], error: vec![f64::NAN; hours], class: vec![f64::NAN; hours] };
     for line in lines {
         let words: Vec<&str> = line.split(',').map(str::trim).collect();
         let number = |i: usize| words.get(i).and_then(|w| w.parse::<f64>().ok());
@@ -286,6 +293,7 @@ fn read_hours(file: &Path, state: &str, hours: usize, notes: &mut Vec<String>) -
             (Some(h), Some(v), Some(lux)) if h < hours => {
                 if lux > 0.0 {
                     year.dgp[h] = v;
+                    year.error[h] = error.and_then(number).unwrap_or(f64::NAN);
                     year.class[h] = class_of(v);
                 }
             }
@@ -384,7 +392,8 @@ mod tests {
         let glare = read_glare(folder.path(), 24, &mut notes);
         assert!(notes.is_empty() && glare.len() == 2 && glare[0].view == "desk" && glare[1].view == "desk, tinted", "{notes:?}");
         assert!(glare[1].dgp[9].is_nan(), "there is no glare in the dark");
-        assert_eq!((glare[0].dgp[8], glare[0].class[8], glare[0].dgp[9]), (0.41, 2.0, 0.2));
+        assert_eq!((glare[0].dgp[8], glare[0].error[8], glare[0].class[8], glare[0].dgp[9]), (0.41, 0.001, 2.0, 0.2));
+        assert!(glare[1].error[8].is_nan(), "this table does not tell");
         assert!(glare[0].dgp[0].is_nan());
     }
 

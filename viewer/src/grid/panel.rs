@@ -7,6 +7,7 @@ use crate::bsdf::palette_choice;
 use crate::plot::{self, color32, empty_state};
 use crate::results::Results;
 use crate::scale::{BAR_WIDTH, ColorBar, draggable_bar};
+use crate::year::model::{Quantity, lux_text};
 use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2};
 use glam::DVec3;
 use lucarne::image::palette::{Scale, rounded_number};
@@ -182,7 +183,11 @@ impl GridPanel {
             Plan { group, results, values: &self.values, palette: view.palette, scale: &scale, contours, label: &label }.paint(ui, rect)
         };
         if let Some(sensor) = under {
-            self.readout = sensor_text(group, sensor, &view.metric.text(self.values[sensor]));
+            let text = match view.metric {
+                Metric::Hour => lux_text(self.values[sensor], Quantity::Sensor(view.group, sensor).error(results, *hour)),
+                metric => metric.text(self.values[sensor]),
+            };
+            self.readout = sensor_text(group, sensor, &text);
         }
         let bar = Rect::from_min_max(pos2(rect.right() + 14.0, rect.top()), pos2(area.right(), rect.bottom()));
         let mark = under.map(|s| self.values[s]);

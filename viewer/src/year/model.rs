@@ -142,18 +142,41 @@ impl Quantity {
         }
     }
 
-    /// A value in words.
-    pub fn text(self, value: f64) -> String {
+    /// The standard error of its value in an hour, where the results tell it.
+    pub fn error(self, results: &Results, hour: usize) -> Option<f64> {
+        let found = match self {
+            Self::Sensor(g, s) => {
+                let errors = results.groups.get(g)?.error.as_ref().filter(|e| s < e.rows() && hour < e.cols())?;
+                f64::from(errors.at(s, hour)[0])
+            }
+            Self::Dgp(v) => *results.glare.get(v)?.error.get(hour)?,
+            _ => return None,
+        };
+        (found > 0.0).then_some(found)
+    }
+
+    /// A value in words, with its standard error.
+    pub fn text(self, value: f64, error: Option<f64>) -> String {
         if value.is_nan() {
             return "–".into();
         }
         match self {
-            Self::Sensor(..) | Self::Mean(_) => format!("{} lx", rounded_number(value)),
+            Self::Sensor(..) | Self::Mean(_) => lux_text(value, error),
             Self::Simplified(..) => format!("DGPs {value:.3}"),
-            Self::Dgp(_) => format!("DGP {value:.3}, {}", CLASSES[crate::results::class_of(value) as usize]),
+            Self::Dgp(_) => format!(
+                "DGP {value:.3}{}, {}",
+                error.map_or_else(String::new, |e| format!(" ± {e:.3}")),
+                CLASSES[crate::results::class_of(value) as usize]
+            ),
             Self::Class(_) => CLASSES.get(value as usize).unwrap_or(&"?").to_string(),
         }
     }
+}
+
+/// An illuminance with its standard error.
+pub fn lux_text(value: f64, error: Option<f64>) -> String {
+    let error = error.map_or_else(String::new, |e| format!(" ± {}", rounded_number(e)));
+    format!("{}{error} lx", rounded_number(value))
 }
 
 /// The hour of the largest value; the first of several.

@@ -210,11 +210,14 @@ impl YearPanel {
 
     fn center(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>) {
         let stamp = results.stamps[view.hour];
+        // Errors are those of the façade as it was computed.
+        let (quantity, changed) = (view.quantity, self.states.changed(&view.fractions));
+        let error = |hour: usize| quantity.error(results, hour).filter(|_| !changed);
         ui.horizontal(|ui| {
             ui.label(RichText::new(stamp.text()).strong().size(17.0));
             ui.weak(format!("hour {}", view.hour));
             let value = self.values.1.get(view.hour).copied().unwrap_or(f64::NAN);
-            ui.strong(view.quantity.text(value));
+            ui.strong(view.quantity.text(value, error(view.hour)));
             let play = if self.playing { "Stop" } else { "Play the day" };
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.button(play).on_hover_text("Space").clicked() {
@@ -235,7 +238,7 @@ impl YearPanel {
         let (key, values, maximum) = std::mem::take(&mut self.values);
         let hovered = carpet::show(ui, outer, &mut self.carpet, &key, view, &values, &results.stamps, &title, maximum);
         if let Some(step) = hovered {
-            self.readout = format!("{}   hour {step}   {}", results.stamps[step].text(), view.quantity.text(values[step]));
+            self.readout = format!("{}   hour {step}   {}", results.stamps[step].text(), view.quantity.text(values[step], error(step)));
         }
         self.values = (key, values, maximum);
         let status = 22.0;
