@@ -278,12 +278,15 @@ impl<'a> Run<'a> {
             100.0 * error.annual_largest,
             self.project.quality.name()
         );
-        warnings.push(
-            Error::new(message).file(&self.project.file).field("quality").help(format!(
-                "write target_error = {} in place of the preset to sample until it is met",
-                error.target.unwrap_or_default()
-            )),
-        );
+        let quality = &self.project.quality;
+        let help = match (quality.time_limit, quality.target_error) {
+            (Some(_), _) => "give it more time, or leave time_limit out".to_string(),
+            (None, Some(_)) => {
+                "the suns, which are sampled once, leave more than that; preset = \"final\" gives them the most samples".to_string()
+            }
+            _ => format!("write target_error = {} in place of the preset to sample until it is met", error.target.unwrap_or_default()),
+        };
+        warnings.push(Error::new(message).file(&self.project.file).field("quality").help(help));
     }
 
     fn count(&mut self, statistics: TraceStatistics, clock: Instant) {
