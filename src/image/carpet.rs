@@ -1,6 +1,6 @@
 //! Carpet plots: a value for every hour of the year, months across and hours upwards.
 
-use super::drawing::{Anchor, Drawing, Text};
+use super::drawing::{Anchor, Drawing};
 use super::font;
 use super::legend::{ClassList, ColorBar};
 use super::palette::{Color, GRID, INK, NO_DATA, Palette, Scale};
@@ -163,16 +163,7 @@ impl Carpet<'_> {
         drawing.lines(grid, 0.4, GRID);
         drawing.lines(ticks, 1.0, INK);
         drawing.frame([left, top, width, height], 1.0, INK);
-        drawing.text(Text {
-            text: "hour of day".into(),
-            place: [left - 12.0 - font::width("24", TEXT) - TEXT * 0.6, top + height / 2.0],
-            size: TEXT,
-            color: INK,
-            anchor: Anchor::Middle,
-            vertical: true,
-            centered: true,
-            halo: None,
-        });
+        drawing.upward_label("hour of day", [left - 12.0 - font::width("24", TEXT) - TEXT * 0.6, top + height / 2.0], TEXT, INK);
     }
 
     fn legend(&self) -> Legend {

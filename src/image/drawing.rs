@@ -110,6 +110,11 @@ impl Drawing {
         self.text(Text { text: text.into(), place, size, color, anchor, vertical: false, centered: true, halo: None });
     }
 
+    /// Writes text that runs upwards, its middle at `place`: the name of an axis.
+    pub fn upward_label(&mut self, text: impl Into<String>, place: [f64; 2], size: f64, color: Color) {
+        self.text(Text { text: text.into(), place, size, color, anchor: Anchor::Middle, vertical: true, centered: true, halo: None });
+    }
+
     /// Writes text.
     pub fn text(&mut self, text: Text) {
         self.items.push(Item::Text(text));

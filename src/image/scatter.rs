@@ -126,16 +126,7 @@ impl Scatter {
         }
         drawing.frame([left, top, AREA[0], AREA[1]], 1.2, INK);
         drawing.label(&*panel.axes[0], [left + AREA[0] / 2.0, bottom + TEXT * 2.7], TEXT, INK, Anchor::Middle);
-        drawing.text(Text {
-            text: panel.axes[1].clone(),
-            place: [left - MARGIN[0] + TEXT, top + AREA[1] / 2.0],
-            size: TEXT,
-            color: INK,
-            anchor: Anchor::Middle,
-            vertical: true,
-            centered: true,
-            halo: None,
-        });
+        drawing.upward_label(&*panel.axes[1], [left - MARGIN[0] + TEXT, top + AREA[1] / 2.0], TEXT, INK);
         if let Some(limit) = panel.limit {
             let y = place([across[0], limit])[1];
             let dashes = (0..48).map(|i| f64::from(i) * AREA[0] / 48.0);

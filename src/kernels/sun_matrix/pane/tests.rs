@@ -386,13 +386,6 @@ fn rcontrib(shared: &std::path::Path, bsdf: &Bsdf, sensors: &[Sensor], suns: &[S
     Some(((0..sensors.len() * columns).map(cell).collect(), seconds))
 }
 
-/// Whether the sun reaches a sensor of the tutorial's room under its pane: the pane stands 51 mm
-/// behind the wall, whose sill is only 10 mm higher than its lower edge.
-fn passes_under(sensor: &Sensor, sun: &Sun) -> bool {
-    let height = |y: f64| sensor.position.z + (sensor.position.y - y) * sun.direction.z / -sun.direction.y;
-    height(0.0508) < 0.906 && height(0.0) > 0.913
-}
-
 /// User time of the children waited for, seconds.
 fn children_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
@@ -449,48 +442,5 @@ fn panes_of_either_kind_agree_with_rcontrib() {
         assert!((ratio[0] - ratio[1]).abs() < 3.0 * combined + 0.01 * ratio[1], "{ratio:?} ± {combined}");
         // Errors from few repeats have heavy tails.
         assert!(chi / cells < 3.0, "{name}: {}", chi / cells);
-    }
-}
-
-#[test]
-#[ignore = "a measurement: run it alone, with --nocapture"]
-fn how_fast_against_rcontrib_with_many_suns() {
-    let (Some(device), Some(shared)) = (Device::for_tests("sun through panes"), testing::shared()) else { return };
-    let (scene, w, sensors) = tutorial(&shared.join("data/tutorial_room"));
-    let sky = ReinhartSky::new(2).unwrap();
-    let suns: Vec<Sun> = (1..sky.len()).map(|p| Sun::new(sky.centre(p))).filter(|s| s.direction.y < -0.05).collect();
-    for name in ["blinds_correct_klems.xml", "blinds_correct_t4.xml"] {
-        let mut bsdf = read(&shared.join("data/tutorial_room/bsdf").join(name), &mut Warnings::new()).unwrap();
-        bsdf.visible.transmission_back = None;
-        bsdf.solar = Blocks::default();
-        let panes = [(w.clone(), PaneBsdf::Bsdf(Scattering::new(&bsdf).unwrap()))];
-        let run = || compute(&device, &scene, &panes, &sensors, &suns, &PaneOptions::default(), &Silent).unwrap();
-        // Shaders are compiled once per device.
-        compute(&device, &scene, &panes, &sensors[..1], &suns[..1], &PaneOptions::default(), &Silent).unwrap();
-        let before = own_seconds();
-        let found = run();
-        let own = own_seconds() - before;
-        let Some((theirs, seconds)) = rcontrib(&shared, &bsdf, &sensors, &suns, 1024) else { return };
-        let (mut ours2, mut theirs2, mut sums) = (0.0, 0.0, [0.0; 2]);
-        for (k, [mean, error]) in theirs.iter().enumerate() {
-            let (row, column) = (k / suns.len(), k % suns.len());
-            if passes_under(&sensors[row], &suns[column]) {
-                continue;
-            }
-            ours2 += f64::from(found.standard_error.at(row, column)[0]).powi(2);
-            theirs2 += error * error;
-            sums = [sums[0] + f64::from(found.total.at(row, column)[0]), sums[1] + mean];
-        }
-        println!(
-            "{name}: {} sensors, {} suns; ours {:.4e} ± {:.1e} in {own:.2} s, rcontrib {:.4e} ± {:.1e} in {seconds:.2} s; at equal error {:.1} times as fast",
-            sensors.len(),
-            suns.len(),
-            sums[0],
-            ours2.sqrt(),
-            sums[1],
-            theirs2.sqrt(),
-            theirs2 * seconds / (ours2 * own)
-        );
-        assert!((sums[0] - sums[1]).abs() < 3.0 * (ours2 + theirs2).sqrt() + 0.01 * sums[1]);
     }
 }
