@@ -258,6 +258,26 @@ fn scattered_by_radiance(t: &Tutorial, year: &DiscYear, rows: &[usize], folder: 
     Some(all.iter().zip(&straight).map(|(a, s)| a - s).collect())
 }
 
+/// Five phases in the tutorial's room: the year's sum of illuminance at some sensors, lx·h.
+fn our_year(t: &Tutorial, folder: &Path, window: &str, rows: &[usize], preset: &str) -> (Vec<f64>, Summary) {
+    let room = t.room.display();
+    std::fs::write(folder.join("chosen.txt"), points(t, rows)).unwrap();
+    let text = format!(
+        "[weather]\nfile = \"{room}/weather/NYC.wea\"\n[scene]\nfiles = [\"{room}/materials.rad\", \"{room}/room.rad\"]\n\
+         [[window]]\nname = \"south\"\nsurface = \"{room}/objects/GlazingVmtx.rad\"\nbsdf = \"{room}/bsdf/blinds_correct_klems.xml\"\n\
+         {window}\n[[sensors]]\nname = \"points\"\npoints = \"chosen.txt\"\n\
+         [method]\nphases = 5\nsuns = 6\nbounces = 4\n[quality]\npreset = \"{preset}\"\n"
+    );
+    std::fs::write(folder.join("project.toml"), text).unwrap();
+    let project = Project::read(&folder.join("project.toml")).unwrap();
+    let mut warnings = Warnings::new();
+    let inputs = Inputs::read(&project, &mut warnings).unwrap();
+    let out = folder.join("out");
+    let summary = run(&Device::shared().unwrap(), &project, &inputs, &out, &Silent, &mut warnings).unwrap();
+    let year = |row: &[f32]| row.iter().map(|v| f64::from(*v)).sum::<f64>();
+    (values(&out, "points.mtx").chunks_exact(8760).map(year).collect(), summary)
+}
+
 /// The whole of five phases, a year, against Radiance: its matrices for what comes by the room, its suns
 /// as discs, its paths between the slats.
 #[test]
@@ -288,25 +308,11 @@ fn a_five_phase_year_is_radiances_at_every_sensor() {
             by_the_room + WEIGHT * (year.straight[chosen[i]] + scattered[i])
         })
         .collect();
-    let room = t.room.display();
-    std::fs::write(folder.path().join("chosen.txt"), points(&t, &rows)).unwrap();
-    let text = format!(
-        "[weather]\nfile = \"{room}/weather/NYC.wea\"\n[scene]\nfiles = [\"{room}/materials.rad\", \"{room}/room.rad\"]\n\
-         [[window]]\nname = \"south\"\nsurface = \"{room}/objects/GlazingVmtx.rad\"\nbsdf = \"{room}/bsdf/blinds_correct_klems.xml\"\n\
-         shade = \"{}/blindsGeometry.rad\"\n[[sensors]]\nname = \"points\"\npoints = \"chosen.txt\"\n\
-         [method]\nphases = 5\nsuns = 6\nbounces = 4\n[quality]\npreset = \"standard\"\n",
-        t.reference.display()
-    );
-    std::fs::write(folder.path().join("project.toml"), text).unwrap();
-    let project = Project::read(&folder.path().join("project.toml")).unwrap();
-    let mut warnings = Warnings::new();
-    let inputs = Inputs::read(&project, &mut warnings).unwrap();
-    let out = folder.path().join("out");
     let clock = std::time::Instant::now();
-    let summary = run(&Device::shared().unwrap(), &project, &inputs, &out, &Silent, &mut warnings).unwrap();
-    let lux = values(&out, "points.mtx");
+    let shade = format!("shade = \"{}/blindsGeometry.rad\"", t.reference.display());
+    let (found, summary) = our_year(&t, folder.path(), &shade, &rows, "standard");
     let rounded = WEIGHT / lucarne::units::ILLUMINANCE_WEIGHTS.iter().sum::<f64>();
-    let found: Vec<f64> = lux.chunks_exact(8760).map(|row| rounded * row.iter().map(|v| f64::from(*v)).sum::<f64>()).collect();
+    let found: Vec<f64> = found.iter().map(|v| rounded * v).collect();
     let off = distances(&found, &wanted);
     let (worst, mean) = (off[off.len() - 1], found.iter().sum::<f64>() / wanted.iter().sum::<f64>() - 1.0);
     let error = summary.estimated_error.unwrap();
@@ -320,4 +326,33 @@ fn a_five_phase_year_is_radiances_at_every_sensor() {
         100.0 * error.annual_largest
     );
     assert!(off.len() >= rows.len() - 1 && worst < 0.02 && mean.abs() < 0.01, "{worst} {mean}");
+}
+
+/// The same blinds as scattering data (a tree of up to 32 cells per side, by genBSDF) in
+/// place of the slats: the data know nothing of where slats stand, and blur the sun over their cells.
+#[test]
+fn a_five_phase_year_through_a_tensor_tree_is_near_that_through_its_slats() {
+    let Some(t) = tutorial() else { return };
+    if device("the tutorial's tensor tree").is_none() {
+        return;
+    }
+    let rows: Vec<usize> = (0..t.sensors.len()).step_by(9).collect();
+    let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    let clock = std::time::Instant::now();
+    let tree = format!("tensor_tree = \"{}/bsdf/blinds_correct_t4.xml\"", t.room.display());
+    let shade = format!("shade = \"{}/blindsGeometry.rad\"", t.reference.display());
+    let (found, _) = our_year(&t, folders[0].path(), &tree, &rows, "draft");
+    let (wanted, _) = our_year(&t, folders[1].path(), &shade, &rows, "draft");
+    let off = distances(&found, &wanted);
+    let (worst, mean) = (off[off.len() - 1], found.iter().sum::<f64>() / wanted.iter().sum::<f64>() - 1.0);
+    println!(
+        "tensor tree for slats at {} sensors ({:.1} s): mean {:+.2} %, median {:.2} %, worst {:.2} %",
+        off.len(),
+        clock.elapsed().as_secs_f64(),
+        100.0 * mean,
+        100.0 * off[off.len() / 2],
+        100.0 * worst
+    );
+    // All 100 sensors at standard quality: mean 1.5 %, worst 5.6 %.
+    assert!(mean.abs() < 0.03 && worst < 0.08, "{mean} {worst}");
 }
