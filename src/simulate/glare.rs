@@ -446,6 +446,7 @@ impl WindowsOnly<'_> {
             windows: &self.windows,
             view: &self.view,
             options: self.job.windows_only_options(),
+            refinement: 1,
             store: self.job.store,
             progress: self.job.progress,
         };
@@ -463,7 +464,7 @@ fn windows_only_name(view: &ViewSection) -> String {
 }
 
 /// The sensor at a view's eye.
-fn eye(view: &ViewSection) -> Result<Sensor> {
+pub(super) fn eye(view: &ViewSection) -> Result<Sensor> {
     let found = view.view()?;
     let camera = found.camera().map_err(|e| e.file(&view.file))?;
     Ok(Sensor { position: found.point, direction: camera.direction, line: 1 })
