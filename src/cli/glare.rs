@@ -3,6 +3,7 @@
 use super::view::ViewOptions;
 use clap::ValueEnum;
 use lucarne::camera::{Raster, View};
+use lucarne::glare::statistics::{Part, Statistics};
 use lucarne::glare::{
     self, Analyser, Background, Convention, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, TaskArea, Threshold,
 };
@@ -51,6 +52,19 @@ pub struct Args {
     /// Look for sources only in the field of view after Guth: 1 of both eyes together, 2 seen by both.
     #[arg(short = 'G', value_name = "TYPE", value_parser = clap::value_parser!(u8).range(1..=2))]
     field_of_view: Option<u8>,
+    /// Statistics of the luminance in a band up to this angle above and below the middle row, rad.
+    #[arg(short = 'B', value_name = "RADIANS")]
+    band: Option<f64>,
+    /// Statistics of a round zone: pixel of its centre (from the left, from the bottom) and full opening
+    /// angle, rad. Sources are not parted at its border.
+    #[arg(short = 'l', num_args = 3, value_names = ["X", "Y", "RADIANS"], conflicts_with = "two_zones")]
+    zone: Option<Vec<f64>>,
+    /// The same of a zone and of the ring around it.
+    #[arg(short = 'L', num_args = 4, value_names = ["X", "Y", "INNER", "OUTER"])]
+    two_zones: Option<Vec<f64>>,
+    /// Only the vertical illuminance, lx, a line per picture.
+    #[arg(short = 'V', conflicts_with_all = ["detail", "check_picture", "band", "zone", "two_zones"])]
+    illuminance_only: bool,
     /// Write a picture with the sources coloured (one input picture only).
     #[arg(short = 'c', value_name = "PICTURE")]
     check_picture: Option<PathBuf>,
@@ -102,6 +116,9 @@ const HEADER: &str = "file,dgp,dgi,ugr,vcp,cgi,ugp,ev_lux,average_luminance,back
 /// First line of the table of sources.
 const SOURCE_HEADER: &str = "file,source,pixels,x,y,luminance,peak_luminance,solid_angle_sr,position_index,sigma_deg,tau_deg,illuminance_lux,contrast,direction_x,direction_y,direction_z,is_peak";
 
+/// First line of the table of zones and the band.
+const PART_HEADER: &str = "file,part,pixels,solid_angle_sr,average_luminance,standard_deviation,least,median,percentile_75,percentile_95,greatest,illuminance_lux";
+
 /// One picture: a file, or one part of a file.
 struct Job {
     path: PathBuf,
@@ -146,12 +163,12 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     }
     let views = Mutex::new(HashMap::new());
     // Nothing is printed if the only picture is at fault.
-    let mut header = format!("{HEADER}\n");
-    let mut sources = String::new();
+    let mut header = if args.illuminance_only { String::new() } else { format!("{HEADER}\n") };
+    let (mut sources, mut parts) = (String::new(), String::new());
     let mut failed = 0;
     // A few pictures at a time bound the memory; results come in the order of the arguments.
     for some in jobs.chunks(2 * rayon::current_num_threads()) {
-        let results: Vec<(Result<Glare>, Warnings)> = some
+        let results: Vec<(Result<(Glare, Vec<Measured>)>, Warnings)> = some
             .par_iter()
             .map(|job| {
                 let mut warnings = Warnings::new();
@@ -161,7 +178,8 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         for (job, (result, noted)) in some.iter().zip(results) {
             noted.iter().for_each(|w| warnings.push(w.clone()));
             match result {
-                Ok(glare) => {
+                Ok((glare, _)) if args.illuminance_only => print(&format!("{:.6}\n", glare.vertical_illuminance))?,
+                Ok((glare, measured)) => {
                     if glare.vertical_illuminance < 380.0 || glare.indices.dgp < 0.2 {
                         warnings.push(
                             Error::new("some pictures have less than 380 lx at the eye or a DGP below 0.2, for which DGP was not made")
@@ -171,6 +189,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
                     let name = quoted(&job.name());
                     print(&(std::mem::take(&mut header) + &picture_line(&name, &glare)))?;
                     source_lines(&name, &glare, &settings, &mut sources);
+                    measured.iter().for_each(|m| part_line(&name, m, &mut parts));
                 }
                 Err(error) if jobs.len() == 1 => return Err(error),
                 Err(error) => {
@@ -182,6 +201,9 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     }
     if args.detail {
         print(&format!("\n{SOURCE_HEADER}\n{sources}"))?;
+    }
+    if !parts.is_empty() {
+        print(&format!("\n{PART_HEADER}\n{parts}"))?;
     }
     if failed > 0 {
         return Err(Error::new(format!("{failed} of {} pictures could not be analysed", jobs.len())));
@@ -239,7 +261,7 @@ fn settings(args: &Args) -> Result<Settings> {
 /// Analysers by view, size and pixels; pictures of one series share theirs.
 type Views = Mutex<HashMap<(String, usize, usize), Arc<Analyser>>>;
 
-fn analyse(job: &Job, args: &Args, settings: &Settings, views: &Views, warnings: &mut Warnings) -> Result<Glare> {
+fn analyse(job: &Job, args: &Args, settings: &Settings, views: &Views, warnings: &mut Warnings) -> Result<(Glare, Vec<Measured>)> {
     let picture = job.read()?;
     let view = args.view.view_of_picture(picture.view.as_deref())?;
     let key = (view.to_options(), picture.width, picture.height);
@@ -266,7 +288,40 @@ fn analyse(job: &Job, args: &Args, settings: &Settings, views: &Views, warnings:
         coloured.view = Some(view.to_options());
         write(check, &coloured, warnings)?;
     }
-    Ok(glare)
+    let measure = |(name, option, part): (&'static str, &'static str, Part)| {
+        let found = part.statistics(analyser.geometry(), &luminance).map_err(|e| e.field(option))?;
+        Ok(found.map(|statistics| Measured { name, statistics }))
+    };
+    let measured = parts(args).into_iter().filter_map(|p| measure(p).transpose()).collect::<Result<_>>()?;
+    Ok((glare, measured))
+}
+
+/// Statistics of a part of a picture.
+struct Measured {
+    name: &'static str,
+    statistics: Statistics,
+}
+
+/// What is to be measured: its name in the table, its option.
+fn parts(args: &Args) -> Vec<(&'static str, &'static str, Part)> {
+    let area = |v: &[f64], opening_angle: f64| TaskArea { x: v[0], y: v[1], opening_angle };
+    let mut parts: Vec<_> = args.band.iter().map(|&angle| ("band", "-B", Part::Band(angle))).collect();
+    parts.extend(args.zone.iter().map(|v| ("zone 1", "-l", Part::Zone(area(v, v[2])))));
+    if let Some(v) = &args.two_zones {
+        parts.push(("zone 1", "-L", Part::Zone(area(v, v[2]))));
+        parts.push(("zone 2", "-L", Part::Ring(v[2], area(v, v[3]))));
+    }
+    parts
+}
+
+fn part_line(name: &str, measured: &Measured, out: &mut String) {
+    let s = &measured.statistics;
+    let [least, median, three_quarters, most, greatest] = s.quantiles;
+    let _ = writeln!(
+        out,
+        "{name},{},{},{:.8},{:.6},{:.6},{least:.6},{median:.6},{three_quarters:.6},{most:.6},{greatest:.6},{:.6}",
+        measured.name, s.pixels, s.solid_angle, s.average, s.standard_deviation, s.illuminance
+    );
 }
 
 fn analyser(view: &View, picture: &Picture, settings: &Settings, name: &str, warnings: &mut Warnings) -> Result<Analyser> {

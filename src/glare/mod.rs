@@ -23,6 +23,7 @@ pub mod imageless;
 pub mod index;
 pub mod position;
 pub mod sources;
+pub mod statistics;
 pub mod veil;
 
 use crate::error::{Error, Result};
