@@ -97,7 +97,7 @@ impl<'a> Phase<'a> {
         // Without windows no sun is taken for unreachable.
         let windows: Vec<Window> = if project.quality.prune { sunny_windows(inputs).cloned().collect() } else { Vec::new() };
         let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
-        shade::warn_of_mirrors(shades(inputs), warnings);
+        shade::warn_of_mirrors(shades(inputs), !project.views.is_empty(), warnings);
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
         if traced {
             self.write_suns(&suns)?;

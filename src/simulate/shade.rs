@@ -3,6 +3,7 @@
 
 use super::project::{Project, WindowSection};
 use crate::error::{Error, Result, Warnings};
+use crate::kernels::sun_matrix::mirrors::Mirrors;
 use crate::scene::{self, MaterialIndex, MaterialKind, Scene, Triangle, Window};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -112,23 +113,31 @@ pub fn add(scene: &mut Scene, other: &Scene) {
     }));
 }
 
-/// Surfaces of the shades whose mirror-like reflections of the sun are not traced.
-pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, warnings: &mut Warnings) {
-    // Below this a lost reflection is of no consequence.
-    const LITTLE: f64 = 0.02;
-    for shade in shades {
-        let mirror = shade.scene.triangles.iter().map(|t| &shade.scene.materials[t.material.0 as usize]).find(|m| match m.kind {
-            MaterialKind::Mirror { .. } => true,
-            MaterialKind::Plastic { specularity, roughness, .. } | MaterialKind::Metal { specularity, roughness, .. } => {
-                specularity > LITTLE && roughness * roughness <= 1e-6
-            }
-            _ => false,
-        });
-        if let Some(material) = mirror {
-            warnings.push(
-                Error::new(format!("'{}' reflects like a mirror: sunlight that its slats mirror into the room is left out", material.name))
-                    .help("give it a roughness, as real slats have; then it is counted"),
-            );
-        }
+/// What of the sun in mirror-like slats is not traced. `pictures`: whether any are asked for.
+pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, pictures: bool, warnings: &mut Warnings) {
+    let mut all = Scene::default();
+    shades.for_each(|s| add(&mut all, &s.scene));
+    let mirrors = Mirrors::of(&all);
+    let mut warn = |message: String, help: &str| warnings.push(Error::new(message).help(help));
+    if mirrors.left_out > 0.01 {
+        warn(
+            format!(
+                "{:.0} % of the shades' mirror-like surfaces are curved too finely: sunlight that they mirror into the room is left out",
+                100.0 * mirrors.left_out
+            ),
+            "model slats by a few flat strips, or give them a roughness, as real slats have; then it is counted",
+        );
+    }
+    if let Some(times) = mirrors.complete.filter(|times| *times < 3) {
+        warn(
+            format!("slats mirror the sun in so many directions that light mirrored more than {times} times is left out"),
+            "model slats by fewer flat strips, or give them a roughness",
+        );
+    }
+    if pictures && !mirrors.images.is_empty() {
+        warn(
+            "pictures show where mirror-like slats throw the sun, but not the sun's image in them".into(),
+            "give them a roughness, as real slats have",
+        );
     }
 }
