@@ -52,8 +52,8 @@ const SAME_IMAGE: f32 = 1e-3;
 @group(0) @binding(8) var<storage, read> suns: array<SunRecord>;
 // [batch][receiver][set][path][vertex]
 @group(0) @binding(9) var<storage, read> vertices: array<SunVertex>;
-// [batch][receiver][sun][straight rgb, scattered rgb, doubt], zero at the start. The doubt is the
-// variance that the straight part may have, by the number of points seen.
+// [batch][receiver][sun][straight rgb, scattered rgb], then [batch][receiver][sun] the doubt: the
+// variance that the straight part may have, by the number of points seen. Zero at the start.
 @group(0) @binding(10) var<storage, read_write> sums: array<f32>;
 
 @group(0) @binding(11) var<storage, read> gates: array<Gate>;
@@ -141,6 +141,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sun = suns[sun_index];
     let receiver = receivers[batch * params.batch_stride + receiver_index];
     let seed = hash_combine(hash_combine(hash_combine(params.seed, batch), receiver.number), sun.number);
+    // Where every batch has receivers of its own, the points of a pixel, they share the disc's points out.
+    let own_points = params.batch_stride == 0u;
+    let disc_seed = select(hash_combine(hash_combine(params.seed, receiver.number), sun.number), seed, own_points);
+    let first_point = select(batch * params.disc_samples, 0u, own_points);
     var rays = 0u;
     var straight = vec3<f32>(0.0);
     var cosines = 0.0;
@@ -157,7 +161,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var seen = 0u;
     var brightest = 0.0;
     for (; sample < params.disc_samples; sample++) {
-        let direction = image_of(sun_direction(sun, sample_pair(sample, 0u, seed)));
+        let direction = image_of(sun_direction(sun, sample_pair(first_point + sample, 0u, disc_seed)));
         let cosine = dot(direction, receiver.normal);
         risen = risen && cosine > 0.0;
         if cosine > 0.0 {
@@ -223,14 +227,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     scattered *= sun.solid_angle;
-    let cell = ((batch * params.receivers + receiver_index) * params.suns + sun_index) * 7u;
+    let number = (batch * params.receivers + receiver_index) * params.suns + sun_index;
+    let cell = number * 6u;
     sums[cell] += straight.x;
     sums[cell + 1u] += straight.y;
     sums[cell + 2u] += straight.z;
     sums[cell + 3u] += scattered.x;
     sums[cell + 4u] += scattered.y;
     sums[cell + 5u] += scattered.z;
-    sums[cell + 6u] += doubt;
+    sums[params.batches * params.receivers * params.suns * 6u + number] += doubt;
     atomicAdd(&counters.segments, rays);
     count_finished(sample == params.disc_samples && path == params.paths);
 }

@@ -130,7 +130,10 @@ pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, pictures: bo
     }
     if let Some(times) = mirrors.complete.filter(|times| *times < 3) {
         warn(
-            format!("slats mirror the sun in so many directions that light mirrored more than {times} times is left out"),
+            format!(
+                "slats mirror the sun in so many directions that light mirrored more than {} is left out",
+                if times == 1 { "once" } else { "twice" }
+            ),
             "model slats by fewer flat strips, or give them a roughness",
         );
     }
@@ -139,5 +142,35 @@ pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, pictures: bo
             "pictures show where mirror-like slats throw the sun, but not the sun's image in them".into(),
             "give them a roughness, as real slats have",
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::trace::rooms::Builder;
+
+    /// Warnings about slats of mirror whose strips are turned by these angles, degrees.
+    fn warnings(turns: &[f64], pictures: bool) -> Vec<String> {
+        let mut b = Builder::default();
+        let mirror = b.material(MaterialKind::Mirror { color: [0.9; 3] });
+        for turn in turns {
+            let (y, z) = (turn.to_radians().cos(), turn.to_radians().sin());
+            b.quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, y, z], [0.0, y, z]], mirror);
+        }
+        let mut found = Warnings::new();
+        warn_of_mirrors([Shade { scene: b.scene }].iter(), pictures, &mut found);
+        found.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn what_mirrors_lose_is_said() {
+        assert!(warnings(&[20.0, 20.0], false).is_empty(), "flat slats lose nothing");
+        assert!(warnings(&[], true).is_empty());
+        assert!(warnings(&[20.0], true)[0].contains("but not the sun's image"));
+        let fine: Vec<f64> = (0..30).map(|i| 0.1 * f64::from(i)).collect();
+        assert!(warnings(&fine, false)[0].contains("100 % of the shades' mirror-like surfaces"));
+        let many: Vec<f64> = (0..20).map(|i| 3.0 * f64::from(i) + 0.03 * f64::from(i * i)).collect();
+        assert!(warnings(&many, false)[0].contains("mirrored more than once"), "{:?}", warnings(&many, false));
     }
 }

@@ -7,7 +7,8 @@
 //! proportion, so error² × time says how they compare at equal error. The time is user CPU time, of
 //! whole processes for sensors (`oconv` not counted), of the computation alone for pictures and panes.
 //!
-//! `cargo bench --bench suns` needs the reference data in ../shared, and Radiance.
+//! `cargo bench --bench suns [-- sensors pictures panes]` needs the reference data in ../shared, and
+//! Radiance.
 
 #[path = "record.rs"]
 mod record;
@@ -195,10 +196,11 @@ fn pictures(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Rec
     let shaded = [(room.window[0].clone(), corners)];
     let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded };
     let raster = Raster::fit(View::read(&room.folder.join("views/fish.vf"))?.camera()?, SIDE, SIDE, 1.0)?;
-    // What shows the disc itself is left out: a ray per pixel hits it or not.
-    let surfaces = |v: f64| if v < 1e-3 { v } else { 0.0 };
+    // What shows the disc itself is left out (a ray hits it or not): brighter than a white surface.
+    let white = suns[0].solid_angle() / std::f64::consts::PI;
+    let surfaces = |v: f64| if v <= 1.05 * white { v } else { 0.0 };
     let own = |seed: u32| {
-        let options = SunOptions { disc_samples: 4, seed, ..SunOptions::default() }.direct();
+        let options = SunOptions { batches: 16, disc_samples: 1, seed, ..SunOptions::default() }.direct();
         let before = own_seconds();
         let found = pixels::compute(device, &models, &raster, suns, &options, &Silent, &mut Default::default())?;
         let seconds = own_seconds() - before;
@@ -209,8 +211,13 @@ fn pictures(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Rec
         Ok((seconds, all))
     };
     own(1)?;
-    let own = twice("lucarne, four points of each pixel, of the disc four", own)?;
-    room.suns("some", "materials.rad room.rad ../reference/fivephase/blindsGeometry.rad", suns)?;
+    let own = twice("lucarne, 16 points of each pixel", own)?;
+    // What stands outside is no part of ours.
+    let inside = room.path("inside.rad");
+    let parts = [("", "Floor"), ("", "InteriorWall"), ("", "Ceiling"), ("-m black ", "Ground"), ("-m black ", "ExteriorWalls")];
+    std::fs::write(&inside, parts.map(|(how, part)| format!("!xform {how}objects/{part}.rad\n")).concat())?;
+    let scene = format!("materials.rad materialBlack.rad {} ../reference/fivephase/blindsGeometry.rad", inside.display());
+    room.suns("some", &scene, suns)?;
     let [names, octree, output] = ["some.mod", "some.oct", "out"].map(|n| room.at(n));
     let environment = &room.environment;
     let peer = twice("vwrays -c 16 | rcontrib -ab 0 -dj 1", |_| {
@@ -220,7 +227,11 @@ fn pictures(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Rec
             SIDE * SIDE
         );
         let seconds = room.run(&command)?;
-        Ok((seconds, floats(Path::new(&output))?.into_iter().map(surfaces).collect()))
+        // Radiance looks beyond the circle of a fisheye too.
+        let mut found: Vec<f64> = floats(Path::new(&output))?.into_iter().map(surfaces).collect();
+        let beyond = (0..SIDE * SIDE).filter(|p| !raster.is_seen(p % SIDE, p / SIDE));
+        beyond.for_each(|p| found[p * suns.len()..][..suns.len()].fill(0.0));
+        Ok((seconds, found))
     })?;
     report(record, "suns in a fisheye, straight", &own, &[peer]);
     Ok(())
@@ -271,12 +282,20 @@ fn main() -> Fallible<()> {
     println!("user CPU seconds, noise of an entry in percent of the mean entry");
     let device = Device::open(None)?;
     let mut record = record::Record::new("suns");
-    sensors(&room, &set, &mut record)?;
+    let given: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let asked = |part: &str| given.is_empty() || given.iter().any(|g| g == part);
+    if asked("sensors") {
+        sensors(&room, &set, &mut record)?;
+    }
     // Suns in the south, spread over the year.
     let south: Vec<Sun> = set.suns.iter().copied().filter(|s| s.direction.y < -0.3).collect();
     let some: Vec<Sun> = south.iter().copied().step_by(south.len().div_ceil(40).max(1)).collect();
-    pictures(&room, &device, &some, &mut record)?;
-    panes(&room, &device, &some, &mut record)?;
+    if asked("pictures") {
+        pictures(&room, &device, &some, &mut record)?;
+    }
+    if asked("panes") {
+        panes(&room, &device, &some, &mut record)?;
+    }
     record.finish();
     Ok(())
 }

@@ -7,7 +7,7 @@
 //! of the sun, which are traced as suns are.
 
 use super::Sun;
-use super::tracer::SunTracer;
+pub(crate) use super::tracer::SunTracer;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::gpu_struct;

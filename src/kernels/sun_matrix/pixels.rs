@@ -8,8 +8,7 @@
 //! Entries are sparse, sun by sun.
 
 use super::Sun;
-use super::geometry::{Gate, Openings, SunOptions};
-use super::tracer::{PARTS, SunTracer};
+use super::geometry::{Gate, Openings, SunOptions, SunTracer};
 use crate::camera::{PixelSamples, Raster};
 use crate::error::Result;
 use crate::glare::PixelGeometry;
@@ -183,7 +182,7 @@ fn surfaces(
             for (i, &pixel) in tile.iter().enumerate() {
                 let mut value = [0.0f32; 3];
                 for batch in 0..batches {
-                    let cell = &sums[((batch * count + i) * n + sun) * PARTS..][..PARTS];
+                    let cell = &sums[((batch * count + i) * n + sun) * 6..][..6];
                     for c in 0..3 {
                         let shown = (cell[c] + cell[c + 3]) * weights[batch * count + i][c];
                         value[c] += shown / batches as f32;

@@ -82,9 +82,7 @@ gpu_struct! {
 }
 
 /// Points of a disc's rim.
-const RIM: u32 = 8;
-/// Numbers of a receiver, sun and batch: straight RGB, scattered RGB, doubt.
-pub(super) const PARTS: usize = 7;
+const RIM: u32 = 4;
 /// Pairs of receiver and sun, over all batches, of one dispatch: bounds its time.
 const MOST_PAIRS: usize = 1 << 20;
 
@@ -189,7 +187,7 @@ impl<'d> SunTracer<'d> {
     pub fn plan(&self, receivers: usize) -> Result<Plan> {
         let o = &self.options;
         let batches = u64::from(o.batches);
-        let sums = batches * (self.sun_count * PARTS) as u64 * 4;
+        let sums = batches * self.sun_count as u64 * 28;
         let slots = if o.scatters() { batches * u64::from(o.paths * o.path_sets * o.most_vertices()) * 64 } else { 64 };
         let most = (MOST_PAIRS / (self.sun_count * o.batches as usize).max(1)).clamp(1, 1 << 15);
         Ok(Plan::new(self.device, o.memory, receivers, &[sums, sums, slots, 64], &[], 1)?.at_most(most))
@@ -226,7 +224,8 @@ impl<'d> SunTracer<'d> {
         }
     }
 
-    /// `[batch][receiver][sun][straight rgb, scattered rgb, doubt]` of one tile. `batch_stride` is the number
+    /// `[batch][receiver][sun][straight rgb, scattered rgb]` of one tile, then `[batch][receiver][sun]` the doubt about
+    /// the straight part. `batch_stride` is the number
     /// of receivers from one batch to the next, 0 if all batches share them.
     pub fn trace(&self, receivers: &Buffer, count: usize, batch_stride: u32, statistics: &mut TraceStatistics) -> Result<Vec<f32>> {
         let (o, device) = (&self.options, self.device);
@@ -269,7 +268,7 @@ impl<'d> SunTracer<'d> {
             rim: if batch_stride == 0 { RIM } else { 0 },
             ..SunGatherParams::default()
         };
-        let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * PARTS)?;
+        let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * 7)?;
         let (kernel, images) = self.mirrored.as_ref().map_or((&self.gather, &[][..]), |(kernel, images)| (kernel, &images[..]));
         let passes = std::iter::once((&self.gather, glam::Mat3::IDENTITY)).chain(images.iter().map(|image| (kernel, *image)));
         for (kernel, image) in passes {
@@ -324,10 +323,10 @@ impl<'d> SunTracer<'d> {
         let batches = self.options.batches as usize;
         for receiver in 0..count {
             for sun in 0..self.sun_count {
-                let values = |part: usize| {
-                    (0..batches).map(move |b| f64::from(sums[((b * count + receiver) * self.sun_count + sun) * PARTS + part]))
-                };
-                let doubt = values(6).sum::<f64>() / (batches * batches) as f64;
+                let cells = (0..batches).map(move |b| (b * count + receiver) * self.sun_count + sun);
+                let values = |part: usize| cells.clone().map(move |cell| f64::from(sums[cell * 6 + part]));
+                let doubts = cells.clone().map(|cell| f64::from(sums[batches * count * self.sun_count * 6 + cell]));
+                let doubt = doubts.sum::<f64>() / (batches * batches) as f64;
                 let row = first + receiver;
                 for c in 0..3 {
                     let ((direct, direct_variance), (scattered, scattered_variance)) =
