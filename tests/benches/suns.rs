@@ -70,7 +70,7 @@ fn report(record: &mut record::Record, what: &str, own: &(Cost, f64), peers: &[(
     let figure = |c: &Cost| c.error * c.error * c.seconds;
     for (peer, _) in peers {
         let ratio = figure(peer) / figure(&own.0);
-        println!("  at equal error {ratio:.0} times less time than {}", peer.name);
+        println!("  at equal error {ratio:.1} times less time than {}", peer.name);
         record.add(format!("{what}: {} / lucarne at equal error", peer.name), ratio, "ratio of CPU time");
     }
 }
