@@ -76,6 +76,16 @@ pub fn sunny_windows(inputs: &Inputs) -> impl Iterator<Item = &Window> {
     inputs.windows.iter().filter(|w| is_sunny(w)).map(|w| &w.window)
 }
 
+/// The suns of a project.
+///
+/// # Errors
+/// As [`SunSet::new`].
+pub fn sun_set(project: &Project, inputs: &Inputs) -> Result<SunSet> {
+    // Without windows no sun is taken for unreachable.
+    let windows: Vec<Window> = if project.quality.prune { sunny_windows(inputs).cloned().collect() } else { Vec::new() };
+    SunSet::new(&inputs.weather, project.method.suns, &windows)
+}
+
 /// The shades of all windows.
 pub fn shades(inputs: &Inputs) -> impl Iterator<Item = &Shade> {
     inputs.windows.iter().filter_map(|w| w.shade.as_ref())
@@ -94,9 +104,7 @@ impl<'a> Phase<'a> {
         warnings: &mut Warnings,
     ) -> Result<(FivePhase<'a>, Option<TraceStatistics>)> {
         let (project, inputs) = (self.project, self.inputs);
-        // Without windows no sun is taken for unreachable.
-        let windows: Vec<Window> = if project.quality.prune { sunny_windows(inputs).cloned().collect() } else { Vec::new() };
-        let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
+        let suns = sun_set(project, inputs)?;
         shade::warn_of_mirrors(shades(inputs), !project.views.is_empty(), warnings);
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
         if traced {
@@ -136,9 +144,12 @@ impl<'a> Phase<'a> {
         for (window, corners) in &shaded {
             fingerprint.add(&(&window.triangles, &window.frame)).add(corners);
         }
-        for (section, (window, _)) in project.windows.iter().filter(|w| w.tensor_tree.is_some()).zip(&panes) {
-            let file = section.tensor_tree.as_deref().map(crate::files::read).transpose()?;
-            fingerprint.add(&(&window.triangles, &window.frame)).add(&file).add(&pane_options(project));
+        // One section may make several windows.
+        for (window, _) in &panes {
+            fingerprint.add(&(&window.triangles, &window.frame)).add(&pane_options(project));
+        }
+        for file in project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
+            fingerprint.add(&crate::files::read(file)?);
         }
         for shade in shades(inputs) {
             fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());

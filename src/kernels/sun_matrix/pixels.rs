@@ -11,7 +11,6 @@ use super::Sun;
 use super::geometry::{Gate, Openings, SunOptions, SunTracer};
 use crate::camera::{PixelSamples, Raster};
 use crate::error::Result;
-use crate::glare::PixelGeometry;
 use crate::gpu::{Device, Kernel};
 use crate::gpu_struct;
 use crate::kernels::image_matrix::PixelRay;
@@ -83,9 +82,10 @@ pub type SparsePicture = Vec<(u32, [f32; 3])>;
 pub struct SunPicture {
     /// Radiance per radiance of the disc.
     pub pixels: SparsePicture,
-    /// Standard error of the illuminance that they make at the eye, lx per W/m²sr of the disc; 0 for
-    /// views without directions.
-    pub eye_error: f64,
+    /// Standard error of each pixel's luminance, cd/m² per W/m²sr of the disc, from the spread of the
+    /// batches. Every pixel has surface points, points of the disc and paths of its own, so that
+    /// errors of pixels are independent. Pixels of the disc itself have none.
+    pub errors: Vec<f32>,
 }
 
 /// The scene twice: as it looks, and black but for the shades, for what the sun does in it.
@@ -114,19 +114,25 @@ pub fn compute(
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
 ) -> Result<Vec<SunPicture>> {
-    let mut pictures: Vec<BTreeMap<u32, [f32; 3]>> = vec![BTreeMap::new(); suns.len()];
+    let mut pictures: Vec<Pixels> = vec![BTreeMap::new(); suns.len()];
     if suns.is_empty() {
         return Ok(Vec::new());
     }
     let openings = Openings::Shaded(models.shaded);
     let tracer = SunTracer::new(device, models.black, openings, &[], suns, options)?;
-    let errors = surfaces(device, models, raster, &tracer, options, progress, statistics, &mut pictures)?;
+    surfaces(device, models, raster, &tracer, options, progress, statistics, &mut pictures)?;
     discs(device, raster, &tracer, suns, statistics, &mut pictures)?;
-    let whole = |(p, eye_error): (BTreeMap<_, _>, f64)| SunPicture { pixels: p.into_iter().collect(), eye_error };
-    Ok(pictures.into_iter().zip(errors).map(whole).collect())
+    let whole = |p: Pixels| {
+        let errors = p.values().map(|(_, error)| *error).collect();
+        SunPicture { pixels: p.into_iter().map(|(pixel, (value, _))| (pixel, value)).collect(), errors }
+    };
+    Ok(pictures.into_iter().map(whole).collect())
 }
 
-/// Surfaces that suns light. Returns the standard error of each sun's illuminance at the eye.
+/// Value and error by pixel.
+type Pixels = BTreeMap<u32, ([f32; 3], f32)>;
+
+/// Surfaces that suns light.
 #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
 fn surfaces(
     device: &Device,
@@ -136,18 +142,14 @@ fn surfaces(
     options: &SunOptions,
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
-    pictures: &mut [BTreeMap<u32, [f32; 3]>],
-) -> Result<Vec<f64>> {
+    pictures: &mut [Pixels],
+) -> Result<()> {
     let windows: Vec<Window> = models.shaded.iter().map(|(w, _)| w.clone()).collect();
     let tables = TraceTables::new(models.lit, &windows, WindowSurfaces::Open)?;
     let scene = tables.upload(device)?;
     let kernel = Kernel::new(device, "trace/sun_pixels", &[], &[])?;
     let batches = options.batches as usize;
     let samples = PixelSamples::new(batches, 1.0, u64::from(options.seed))?;
-    // A view without directions (parallel) has no eye.
-    let cosines = PixelGeometry::new(raster).map_or_else(|_| vec![0.0; raster.len()], |g| g.projected_solid_angles);
-    // Illuminance at the eye, `[sun][batch]`.
-    let mut eye = vec![0.0f64; pictures.len() * batches];
     let inside: Vec<usize> = (0..raster.len()).filter(|&p| raster.is_seen(p % raster.width(), p / raster.width())).collect();
     for chunk in tracer.plan(inside.len())?.at_most(MOST_TILE).chunks() {
         progress.update("suns in the picture", chunk.first as f64 / inside.len() as f64);
@@ -178,24 +180,26 @@ fn surfaces(
         let sums = tracer.trace(&receivers, count, count as u32, statistics)?;
         let weights = device.read::<[f32; 4]>(&weights)?;
         let n = pictures.len();
-        pictures.par_iter_mut().zip(eye.par_chunks_mut(batches)).enumerate().for_each(|(sun, (picture, eye))| {
+        pictures.par_iter_mut().enumerate().for_each(|(sun, picture)| {
+            let mut luminance = vec![0.0f64; batches];
             for (i, &pixel) in tile.iter().enumerate() {
                 let mut value = [0.0f32; 3];
-                for batch in 0..batches {
+                for (batch, luminance) in luminance.iter_mut().enumerate() {
                     let cell = &sums[((batch * count + i) * n + sun) * 6..][..6];
+                    *luminance = 0.0;
                     for c in 0..3 {
                         let shown = (cell[c] + cell[c + 3]) * weights[batch * count + i][c];
                         value[c] += shown / batches as f32;
-                        eye[batch] += ILLUMINANCE_WEIGHTS[c] * f64::from(shown) * cosines[pixel];
+                        *luminance += ILLUMINANCE_WEIGHTS[c] * f64::from(shown);
                     }
                 }
                 if value.iter().any(|v| *v > 0.0) {
-                    picture.insert(pixel as u32, value);
+                    picture.insert(pixel as u32, (value, standard_error_of_mean(&luminance) as f32));
                 }
             }
         });
     }
-    Ok(eye.chunks_exact(batches.max(1)).map(standard_error_of_mean).collect())
+    Ok(())
 }
 
 /// Standard error of the mean of independent values; 0 of less than two.
@@ -226,7 +230,7 @@ fn discs(
     tracer: &SunTracer<'_>,
     suns: &[Sun],
     statistics: &mut TraceStatistics,
-    pictures: &mut [BTreeMap<u32, [f32; 3]>],
+    pictures: &mut [Pixels],
 ) -> Result<()> {
     let solid_angles = raster.solid_angles();
     // Rays with the sun and the pixel they belong to, and what they add there.
@@ -257,7 +261,7 @@ fn discs(
         let passed = transmitted(device, tracer, rays, statistics)?;
         for ((sun, pixel, share), passed) in places.iter().zip(passed) {
             if passed[0] + passed[1] + passed[2] > 0.0 {
-                let value = pictures[*sun].entry(*pixel).or_default();
+                let (value, _) = pictures[*sun].entry(*pixel).or_default();
                 for c in 0..3 {
                     value[c] += passed[c] * share;
                 }
