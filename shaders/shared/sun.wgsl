@@ -1,8 +1,8 @@
 // Suns: discs at infinity, and what of their light a surface sends on.
 
 import package::shared::frame::{tangent_frame};
-import package::shared::bvh::{closest_hit, leave_surface, traverse, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, glass_pane, diffuse_share, smooth_fresnel, MATERIAL_GLASS, MATERIAL_SURFACE};
+import package::shared::bvh::{bvh_triangles, closest_hit, leave_surface, traverse, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
+import package::shared::material::{Material, materials, glass_pane, diffuse_share, smooth_fresnel, largest, MATERIAL_GLASS, MATERIAL_SURFACE, MATERIAL_MIRROR};
 import package::shared::window::{windows, window_triangles};
 
 struct SunRecord {
@@ -67,6 +67,40 @@ fn sun_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
         start = leave_surface(hit, select(-normal, normal, cosine > 0.0));
     }
     return vec3<f32>(0.0);
+}
+
+fn is_smooth(material: Material) -> bool {
+    return material.roughness * material.roughness <= 1e-6;
+}
+
+// Whether light goes straight through in part.
+fn is_clear(material: Material) -> bool {
+    return material.kind == MATERIAL_GLASS || (material.kind == MATERIAL_SURFACE && is_smooth(material) && largest(material.specular_transmitted) > 0.0);
+}
+
+// Whether it throws sunlight as a mirror does. Panes, and what else lets light through, do not.
+fn is_mirror(material: Material) -> bool {
+    return material.kind == MATERIAL_MIRROR || (material.kind == MATERIAL_SURFACE && is_smooth(material) && largest(material.specular) > 0.0 && !is_clear(material));
+}
+
+// Whether one triangle hides the disc of this chord around `direction`, all of it: then no point of it
+// needs a ray.
+fn hidden_by_one(origin: vec3<f32>, direction: vec3<f32>, chord: f32, mirrors_hide: bool) -> bool {
+    let hit = traverse(origin, direction, FAR_AWAY, true);
+    if hit.triangle == NO_TRIANGLE {
+        return false;
+    }
+    let material = materials[triangle_material(hit.triangle)];
+    if is_clear(material) || (is_mirror(material) && !mirrors_hide) {
+        return false;
+    }
+    let a = bvh_triangles[hit.triangle * 3u].xyz - origin;
+    let b = bvh_triangles[hit.triangle * 3u + 1u].xyz - origin;
+    let c = bvh_triangles[hit.triangle * 3u + 2u].xyz - origin;
+    // Sines of the angles to the planes through the edges; rounding has a share of its own.
+    let sides = vec3<f32>(dot(direction, normalize(cross(b, c))), dot(direction, normalize(cross(c, a))), dot(direction, normalize(cross(a, b))));
+    let least = vec3<f32>(chord * 1.01 + 1e-5);
+    return all(sides > least) || all(-sides > least);
 }
 
 // The room that a shade takes up, in front of and behind its window, as a box.

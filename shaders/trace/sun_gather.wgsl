@@ -1,10 +1,13 @@
 // Sun matrix, second half: what a receiver gets of one sun, straight and by the vertices of its
-// paths. One invocation per sun, receiver and batch.
+// paths. One invocation per sun, receiver and batch. Once more for every image of the sun in flat
+// mirrors: the image is looked for where it stands, and counts where the mirrors met are those that
+// make it.
 
 import package::shared::receiver::{Receiver, SunVertex};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::material::{materials, largest};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, Gate, passes_gate, leaves_through_window, surface_response};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
+import package::shared::material::{materials, largest, smooth_specular};
+import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, Gate, passes_gate, leaves_through_window, surface_response, hidden_by_one, is_clear, is_mirror};
 import package::shared::counters::{counters, count_finished};
 
 struct SunGatherParams {
@@ -25,15 +28,32 @@ struct SunGatherParams {
     gates: u32,
     // Sets of so many paths; the suns take turns.
     path_sets: u32,
-    padding0: u32,
+    // Points of the disc's rim that are looked at where all other points agree: whatever covers a part of
+    // the disc from one side is seen at its rim first.
+    rim: u32,
+    // Columns of the matrix that takes a direction to the sun to that of its image.
+    image_x: vec3<f32>,
+    padding1: u32,
+    image_y: vec3<f32>,
+    padding2: u32,
+    image_z: vec3<f32>,
+    padding3: u32,
 }
+
+// Whether the sun's image in mirrors is looked for, not the sun itself.
+override MIRRORED: bool = false;
+// Mirrors and panes that light of an image may meet.
+const MOST_MET: u32 = 32u;
+// Mirrors are taken for parallel within half of this.
+const SAME_IMAGE: f32 = 1e-3;
 
 @group(0) @binding(6) var<uniform> params: SunGatherParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
 @group(0) @binding(8) var<storage, read> suns: array<SunRecord>;
 // [batch][receiver][set][path][vertex]
 @group(0) @binding(9) var<storage, read> vertices: array<SunVertex>;
-// [batch][receiver][sun][straight rgb, scattered rgb]
+// [batch][receiver][sun][straight rgb, scattered rgb], then [batch][receiver][sun] the doubt: the
+// variance that the straight part may have, by the number of points seen. Zero at the start.
 @group(0) @binding(10) var<storage, read_write> sums: array<f32>;
 
 @group(0) @binding(11) var<storage, read> gates: array<Gate>;
@@ -50,6 +70,66 @@ fn may_come_in(origin: vec3<f32>, direction: vec3<f32>) -> bool {
     return false;
 }
 
+// Where the sun is looked for.
+fn image_of(direction: vec3<f32>) -> vec3<f32> {
+    if !MIRRORED {
+        return direction;
+    }
+    return direction.x * params.image_x + direction.y * params.image_y + direction.z * params.image_z;
+}
+
+// What part of the light of the sun's image arrives: it must meet mirrors on its way that, together,
+// undo the image, and come in through an opening on one of its legs.
+fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    var result = vec3<f32>(1.0);
+    var start = origin;
+    var along = direction;
+    var entered = false;
+    var reflected = false;
+    // The image, reflection by reflection taken back.
+    var x = params.image_x;
+    var y = params.image_y;
+    var z = params.image_z;
+    for (var met = 0u; met < MOST_MET; met++) {
+        entered = entered || may_come_in(start, along);
+        let hit = closest_hit(start, along, FAR_AWAY);
+        if hit.triangle == NO_TRIANGLE {
+            let rest = abs(x - vec3<f32>(1.0, 0.0, 0.0)) + abs(y - vec3<f32>(0.0, 1.0, 0.0)) + abs(z - vec3<f32>(0.0, 0.0, 1.0));
+            return select(vec3<f32>(0.0), result, entered && reflected && largest(rest) < SAME_IMAGE);
+        }
+        let material = materials[triangle_material(hit.triangle)];
+        let normal = triangle_normal(hit.triangle);
+        let cosine = dot(normal, along);
+        let parts = smooth_specular(material, max(abs(cosine), 1e-6), cosine < 0.0);
+        let behind = select(-normal, normal, cosine > 0.0);
+        if is_mirror(material) {
+            result *= parts[1];
+            start = leave_surface(hit, -behind);
+            along = normalize(along - 2.0 * cosine * normal);
+            x -= 2.0 * dot(x, normal) * normal;
+            y -= 2.0 * dot(y, normal) * normal;
+            z -= 2.0 * dot(z, normal) * normal;
+            reflected = true;
+        } else if is_clear(material) {
+            result *= parts[0];
+            start = leave_surface(hit, behind);
+        } else {
+            return vec3<f32>(0.0);
+        }
+        if largest(result) <= 0.0 {
+            return vec3<f32>(0.0);
+        }
+    }
+    return vec3<f32>(0.0);
+}
+
+fn arriving(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    if MIRRORED {
+        return mirrored_transmittance(origin, direction);
+    }
+    return sun_transmittance(origin, direction);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sun_index = id.x;
@@ -61,26 +141,66 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sun = suns[sun_index];
     let receiver = receivers[batch * params.batch_stride + receiver_index];
     let seed = hash_combine(hash_combine(hash_combine(params.seed, batch), receiver.number), sun.number);
+    // Where every batch has receivers of its own, the points of a pixel, they share the disc's points out.
+    let own_points = params.batch_stride == 0u;
+    let disc_seed = select(hash_combine(hash_combine(params.seed, receiver.number), sun.number), seed, own_points);
+    let first_point = select(batch * params.disc_samples, 0u, own_points);
     var rays = 0u;
     var straight = vec3<f32>(0.0);
     var cosines = 0.0;
     var risen = true;
     var sample = 0u;
+    let centre = image_of(sun.direction);
+    // One ray in place of many where a wall is in the way, or a slat that is wide enough.
+    let worth_it = params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre));
+    if worth_it && hidden_by_one(receiver.position, centre, sun.chord, !MIRRORED) {
+        sample = params.disc_samples;
+        risen = false;
+        rays += 1u;
+    }
+    var seen = 0u;
+    var brightest = 0.0;
     for (; sample < params.disc_samples; sample++) {
-        let direction = sun_direction(sun, sample_pair(sample, 0u, seed));
+        let direction = image_of(sun_direction(sun, sample_pair(first_point + sample, 0u, disc_seed)));
         let cosine = dot(direction, receiver.normal);
         risen = risen && cosine > 0.0;
         if cosine > 0.0 {
             cosines += cosine;
-            if may_come_in(receiver.position, direction) {
-                straight += cosine * sun_transmittance(receiver.position, direction);
+            if MIRRORED || may_come_in(receiver.position, direction) {
+                let passed = arriving(receiver.position, direction);
+                straight += cosine * passed;
                 rays += 1u;
+                seen += u32(largest(passed) > 0.0);
+                brightest = max(brightest, cosine * largest(passed));
             }
         }
     }
+    var doubtful = risen && sun.chord > 0.0;
+    if doubtful && (seen == 0u || seen == params.disc_samples) {
+        let turn = sample_pair(0u, 0x8000u, seed).x;
+        doubtful = false;
+        for (var k = 0u; k < params.rim && !doubtful; k++) {
+            let direction = image_of(sun_direction(sun, vec2<f32>(1.0, (f32(k) + turn) / f32(params.rim))));
+            var passed = vec3<f32>(0.0);
+            if dot(direction, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, direction)) {
+                passed = arriving(receiver.position, direction);
+                rays += 1u;
+            }
+            doubtful = (largest(passed) > 0.0) != (seen > 0u);
+            brightest = max(brightest, largest(passed) * dot(direction, receiver.normal));
+        }
+    }
+    var doubt = 0.0;
+    if doubtful {
+        // Half a point more on either side; an edge through the disc does less than chance would.
+        let n = f32(params.disc_samples);
+        let share = (f32(seen) + 0.5) / (n + 1.0);
+        let whole = sun.solid_angle * brightest;
+        doubt = whole * whole * min(share * (1.0 - share) / n, 0.2 / (n * sqrt(n)));
+    }
     if risen {
         // The visible share of the exact value: no noise where nothing is in the way.
-        let mean_cosine = dot(sun.direction, receiver.normal) * (1.0 - 0.25 * sun.chord * sun.chord);
+        let mean_cosine = dot(centre, receiver.normal) * (1.0 - 0.25 * sun.chord * sun.chord);
         straight *= sun.solid_angle * (mean_cosine / cosines);
     } else {
         straight *= sun.solid_angle / f32(params.disc_samples);
@@ -96,24 +216,26 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             if vertex.material == 0u {
                 break;
             }
-            let direction = sun_direction(sun, sample_pair(path, 1u + k, seed));
+            let direction = image_of(sun_direction(sun, sample_pair(path, 1u + k, seed)));
             let response = surface_response(materials[vertex.material - 1u], vertex.incoming, vertex.facing, direction) * vertex.throughput;
             if largest(response) > 0.0 {
                 let side = dot(direction, vertex.facing) > 0.0;
                 let start = select(vertex.position - vertex.facing * vertex.thickness, vertex.position, side);
-                scattered += response * sun_transmittance(start, direction);
+                scattered += response * arriving(start, direction);
                 rays += 1u;
             }
         }
     }
     scattered *= sun.solid_angle;
-    let cell = ((batch * params.receivers + receiver_index) * params.suns + sun_index) * 6u;
-    sums[cell] = straight.x;
-    sums[cell + 1u] = straight.y;
-    sums[cell + 2u] = straight.z;
-    sums[cell + 3u] = scattered.x;
-    sums[cell + 4u] = scattered.y;
-    sums[cell + 5u] = scattered.z;
+    let number = (batch * params.receivers + receiver_index) * params.suns + sun_index;
+    let cell = number * 6u;
+    sums[cell] += straight.x;
+    sums[cell + 1u] += straight.y;
+    sums[cell + 2u] += straight.z;
+    sums[cell + 3u] += scattered.x;
+    sums[cell + 4u] += scattered.y;
+    sums[cell + 5u] += scattered.z;
+    sums[params.batches * params.receivers * params.suns * 6u + number] += doubt;
     atomicAdd(&counters.segments, rays);
     count_finished(sample == params.disc_samples && path == params.paths);
 }

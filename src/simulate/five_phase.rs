@@ -105,7 +105,7 @@ impl<'a> Phase<'a> {
     ) -> Result<(FivePhase<'a>, Option<TraceStatistics>)> {
         let (project, inputs) = (self.project, self.inputs);
         let suns = sun_set(project, inputs)?;
-        shade::warn_of_mirrors(shades(inputs), warnings);
+        shade::warn_of_mirrors(shades(inputs), !project.views.is_empty(), warnings);
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
         if traced {
             self.write_suns(&suns)?;

@@ -3,6 +3,7 @@
 
 use super::project::{Project, WindowSection};
 use crate::error::{Error, Result, Warnings};
+use crate::kernels::sun_matrix::mirrors::Mirrors;
 use crate::scene::{self, MaterialIndex, MaterialKind, Scene, Triangle, Window};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -112,23 +113,64 @@ pub fn add(scene: &mut Scene, other: &Scene) {
     }));
 }
 
-/// Surfaces of the shades whose mirror-like reflections of the sun are not traced.
-pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, warnings: &mut Warnings) {
-    // Below this a lost reflection is of no consequence.
-    const LITTLE: f64 = 0.02;
-    for shade in shades {
-        let mirror = shade.scene.triangles.iter().map(|t| &shade.scene.materials[t.material.0 as usize]).find(|m| match m.kind {
-            MaterialKind::Mirror { .. } => true,
-            MaterialKind::Plastic { specularity, roughness, .. } | MaterialKind::Metal { specularity, roughness, .. } => {
-                specularity > LITTLE && roughness * roughness <= 1e-6
-            }
-            _ => false,
-        });
-        if let Some(material) = mirror {
-            warnings.push(
-                Error::new(format!("'{}' reflects like a mirror: sunlight that its slats mirror into the room is left out", material.name))
-                    .help("give it a roughness, as real slats have; then it is counted"),
-            );
+/// What of the sun in mirror-like slats is not traced. `pictures`: whether any are asked for.
+pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, pictures: bool, warnings: &mut Warnings) {
+    let mut all = Scene::default();
+    shades.for_each(|s| add(&mut all, &s.scene));
+    let mirrors = Mirrors::of(&all);
+    let mut warn = |message: String, help: &str| warnings.push(Error::new(message).help(help));
+    if mirrors.left_out > 0.01 {
+        warn(
+            format!(
+                "{:.0} % of the shades' mirror-like surfaces are curved too finely: sunlight that they mirror into the room is left out",
+                100.0 * mirrors.left_out
+            ),
+            "model slats by a few flat strips, or give them a roughness, as real slats have; then it is counted",
+        );
+    }
+    if let Some(times) = mirrors.complete.filter(|times| *times < 3) {
+        warn(
+            format!(
+                "slats mirror the sun in so many directions that light mirrored more than {} is left out",
+                if times == 1 { "once" } else { "twice" }
+            ),
+            "model slats by fewer flat strips, or give them a roughness",
+        );
+    }
+    if pictures && !mirrors.images.is_empty() {
+        warn(
+            "pictures show where mirror-like slats throw the sun, but not the sun's image in them".into(),
+            "give them a roughness, as real slats have",
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::trace::rooms::Builder;
+
+    /// Warnings about slats of mirror whose strips are turned by these angles, degrees.
+    fn warnings(turns: &[f64], pictures: bool) -> Vec<String> {
+        let mut b = Builder::default();
+        let mirror = b.material(MaterialKind::Mirror { color: [0.9; 3] });
+        for turn in turns {
+            let (y, z) = (turn.to_radians().cos(), turn.to_radians().sin());
+            b.quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, y, z], [0.0, y, z]], mirror);
         }
+        let mut found = Warnings::new();
+        warn_of_mirrors([Shade { scene: b.scene }].iter(), pictures, &mut found);
+        found.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn what_mirrors_lose_is_said() {
+        assert!(warnings(&[20.0, 20.0], false).is_empty(), "flat slats lose nothing");
+        assert!(warnings(&[], true).is_empty());
+        assert!(warnings(&[20.0], true)[0].contains("but not the sun's image"));
+        let fine: Vec<f64> = (0..30).map(|i| 0.1 * f64::from(i)).collect();
+        assert!(warnings(&fine, false)[0].contains("100 % of the shades' mirror-like surfaces"));
+        let many: Vec<f64> = (0..20).map(|i| 3.0 * f64::from(i) + 0.03 * f64::from(i * i)).collect();
+        assert!(warnings(&many, false)[0].contains("mirrored more than once"), "{:?}", warnings(&many, false));
     }
 }

@@ -15,12 +15,14 @@
 
 #[path = "record.rs"]
 mod record;
+#[path = "shell.rs"]
+mod shell;
 
 use lucarne::bsdf;
 use lucarne::matrix::file::read_matrix;
 use lucarne::{Warnings, matrix::Matrix};
+use shell::{radiance_path, timed};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// What one room needs.
 struct Room {
@@ -51,28 +53,6 @@ fn room() -> Room {
             weather: "weather/new_york.wea",
         }
     }
-}
-
-/// Runs a shell command and gives its user CPU seconds, or what it said on failure.
-fn timed(folder: &Path, command: &str) -> Result<f64, String> {
-    let script = format!("{command} || exit 1\ntimes | tail -n 1");
-    let out = Command::new("sh").arg("-c").arg(&script).current_dir(folder).output().map_err(|e| e.to_string())?;
-    let text = String::from_utf8_lossy(&out.stdout);
-    let failed = || format!("{command}\n{}", String::from_utf8_lossy(&out.stderr));
-    if !out.status.success() {
-        return Err(failed());
-    }
-    // "0m1.23s 0m0.04s": user and system time of the children.
-    let user = text.lines().last().and_then(|l| l.split_whitespace().next()).ok_or_else(failed)?;
-    let (minutes, seconds) = user.trim_end_matches('s').split_once('m').ok_or_else(failed)?;
-    Ok(minutes.parse::<f64>().map_err(|_| failed())? * 60.0 + seconds.parse::<f64>().map_err(|_| failed())?)
-}
-
-fn radiance_path() -> Option<String> {
-    let find = "import pyradiance,os;print(os.path.dirname(pyradiance.__file__),end='')";
-    let out = Command::new("python3").args(["-c", find]).output().ok()?;
-    let folder = String::from_utf8(out.stdout).ok()?;
-    Path::new(&folder).join("bin").is_dir().then(|| format!("PATH={folder}/bin:$PATH RAYPATH=.:{folder}/lib"))
 }
 
 /// One channel of a matrix as f64, `[row][col]`.

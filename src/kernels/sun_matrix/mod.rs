@@ -7,16 +7,23 @@
 //! |---|---|---|
 //! | straight through openings, panes and between slats | low-discrepancy points of the disc, a ray each | [`geometry`] |
 //! | suns in pictures: lit surfaces, lit slats, the disc itself | the same for the surface behind each pixel; rays to points of the disc | [`pixels`] |
+//! | by way of flat mirror-like slats | the same for the sun's images in them | [`mirrors`] |
 //! | scattered once by a BSDF pane | quadrature over the window | [`pane`] |
 //! | scattered by slats and other surfaces | paths from the receiver, whose vertices serve *all* suns | [`geometry`] |
 
+#[cfg(test)]
+mod coverage;
 pub mod geometry;
+#[cfg(test)]
+mod mirror_tests;
+pub mod mirrors;
 pub mod pane;
 pub mod pixels;
 #[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
+mod tracer;
 
 use crate::units::SUN_DIAMETER_DEG;
 use glam::DVec3;
@@ -60,7 +67,7 @@ impl Sun {
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<crate::gpu::Registered> {
-    let mut all = geometry::registered();
+    let mut all = tracer::registered();
     all.extend(pixels::registered());
     all.extend(pane::registered());
     all

@@ -146,3 +146,63 @@ pub fn scattered(
     }
     estimate
 }
+
+/// Coefficient of a sun that flat mirrors throw to a receiver, sr: from its definition, over the area of
+/// the mirrors. Each point of a grid of this pitch is looked at; the way goes on by reflections, and
+/// counts if it ends in the sun's disc.
+pub fn mirrored(scene: &Scene, position: DVec3, normal: DVec3, sun: &Sun, pitch: f64) -> f64 {
+    let reflectance = |t: &crate::scene::Triangle| match scene.materials[t.material.0 as usize].kind {
+        MaterialKind::Mirror { color } => color[0],
+        _ => 0.0,
+    };
+    let nearest = |origin: DVec3, direction: DVec3| {
+        let hits = scene.triangles.iter().filter_map(|t| Some((intersect(&t.vertices, origin, direction)?, t)));
+        hits.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let follow = |mut origin: DVec3, mut direction: DVec3| {
+        let mut passed = 1.0;
+        for reflections in 0..16 {
+            let Some((distance, t)) = nearest(origin, direction) else {
+                let within = direction.dot(sun.direction) >= sun.radius.cos();
+                return if within && reflections > 0 { passed } else { 0.0 };
+            };
+            let [a, b, c] = t.vertices;
+            let n = (b - a).cross(c - a).normalize();
+            // Mirrors have one side.
+            if n.dot(direction) >= 0.0 {
+                return 0.0;
+            }
+            passed *= reflectance(t);
+            if passed <= 0.0 {
+                return 0.0;
+            }
+            origin += direction * distance + n * 1e-7;
+            direction -= n * (2.0 * direction.dot(n));
+        }
+        0.0
+    };
+    let mut sum = 0.0;
+    for t in scene.triangles.iter().filter(|t| reflectance(t) > 0.0) {
+        let [a, b, c] = t.vertices;
+        let across = (b - a).cross(c - a);
+        let (nu, nv) = (((b - a).length() / pitch).ceil() as usize, ((c - a).length() / pitch).ceil() as usize);
+        // Every point of the grid in the triangle stands for as much of it.
+        let inside = |i: usize, k: usize| (i as f64 + 0.5) / nu as f64 + (k as f64 + 0.5) / (nv as f64) < 1.0;
+        let points: Vec<(usize, usize)> = (0..nu).flat_map(|i| (0..nv).map(move |k| (i, k))).filter(|&(i, k)| inside(i, k)).collect();
+        for &(i, k) in &points {
+            let (u, v) = ((i as f64 + 0.5) / nu as f64, (k as f64 + 0.5) / nv as f64);
+            let to = a + (b - a) * u + (c - a) * v - position;
+            let direction = to.normalize();
+            let (cosine, slope) = (direction.dot(normal.normalize()), -direction.dot(across.normalize()));
+            if cosine <= 0.0 || slope <= 0.0 {
+                continue;
+            }
+            // The point itself must be what the receiver sees.
+            if nearest(position, direction).is_some_and(|(distance, _)| (distance - to.length()).abs() < 1e-6) {
+                let area = across.length() / 2.0 / points.len() as f64;
+                sum += follow(position, direction) * cosine * slope / to.length_squared() * area;
+            }
+        }
+    }
+    sum
+}

@@ -10,7 +10,7 @@ use crate::scene::{MaterialKind, Scene, Window};
 use glam::DVec3;
 
 /// A black room with a coloured pane and a few tilted slats before its south window, off centre.
-fn blinds(slat: f64) -> (Scene, Window) {
+pub(super) fn blinds(slat: f64) -> (Scene, Window) {
     let mut b = Builder::default();
     let black = b.grey(0.0);
     let slats = b.grey(slat);
