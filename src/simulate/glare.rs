@@ -14,7 +14,7 @@
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
 use super::fingerprint::Fingerprint;
-use super::five_phase::{FivePhase, Phase, is_shaded, is_sunny, transmitted_where, without_sun_patches};
+use super::five_phase::{FivePhase, Phase, is_sunny, transmitted_where, without_sun_patches};
 use super::glare_eyes::{Eye, Eyes, ImagelessSources, frame_of};
 use super::glare_noise::{MatrixNoise, SunNoise};
 use super::glare_output::{self, Hour, ViewYear};
@@ -248,7 +248,7 @@ impl GlareJob<'_> {
                     let sun = five.terms.sun_at_windows(multiplier, &together(self.daylight_direct, counts)?, &lit.hours)?;
                     Ok(sun.map(|sun| without_sun_patches(&coefficients, &sun)))
                 };
-                let for_pictures = split(method.has_pictures(), &is_shaded)?;
+                let for_pictures = split(method.has_pictures(), &is_sunny)?;
                 let for_eyes = split(method != GlareMethod::Image, &is_sunny)?;
                 let imageless = method == GlareMethod::Imageless;
                 let direct = if imageless { together(self.daylight_direct, &|_| true)? } else { Matrix::zeros(0, 0, 3) };

@@ -3,7 +3,7 @@
 use super::annual;
 use super::estimate::Estimate;
 use super::fingerprint::Fingerprint;
-use super::five_phase::{FivePhase, Phase, is_shaded, transmitted_where};
+use super::five_phase::{FivePhase, Phase, add_scattering_data, is_sunny, transmitted_where};
 use super::glare::{FiveGlare, GlareJob, GlareSummary};
 use super::glare_section::GlareMethod;
 use super::inputs::{Inputs, SensorGroup};
@@ -212,12 +212,6 @@ impl<'a> Run<'a> {
         if self.choice.phases != 5 {
             return Ok(None);
         }
-        if !self.project.views.is_empty() && self.inputs.windows.iter().any(|w| w.pane.is_some()) {
-            warnings.push(
-                Error::new("pictures show the sun through a tensor tree in patches of the sky, as three phases do")
-                    .help("sensors get the traced suns; give a shade in place of the tensor tree for pictures with them"),
-            );
-        }
         let clock = Instant::now();
         self.check_stop()?;
         let inputs = self.scene_fingerprint("C");
@@ -378,7 +372,7 @@ impl<'a> Run<'a> {
             let hours = self.project.images.hours.chosen(sky)?;
             let mut suns = None;
             if let Some(five) = five
-                && self.inputs.windows.iter().any(is_shaded)
+                && self.inputs.windows.iter().any(is_sunny)
                 && !hours.is_empty()
             {
                 let clock = Instant::now();
@@ -390,7 +384,7 @@ impl<'a> Run<'a> {
                 self.count(statistics, clock);
             }
             let transmissions: Vec<&Matrix<f64>> = self.inputs.windows.iter().map(|w| &w.transmission).collect();
-            let shaded = transmitted_where(self.inputs, &transmissions, daylight_direct, &is_shaded)?;
+            let shaded = transmitted_where(self.inputs, &transmissions, daylight_direct, &is_sunny)?;
             let five = five.zip(suns.as_ref()).map(|(five, suns)| (five, &shaded, suns));
             let pictures = job.pictures(multiplier, transmitted, sky, &hours, five, warnings)?;
             summaries.push(ViewSummary { name: view.name.clone(), pixels: rows, pictures });
@@ -412,6 +406,7 @@ impl<'a> Run<'a> {
         for window in &self.inputs.windows {
             inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
         }
+        add_scattering_data(self.project, &mut inputs)?;
         job.compute(&view.name, &view.raster()?, hours, inputs, statistics)
     }
 

@@ -2,7 +2,7 @@
 //! on disk, from which the pictures of the hours take what they show.
 
 use super::fingerprint::Fingerprint;
-use super::five_phase::{shaded_windows, shades};
+use super::five_phase::{pane_windows, shaded_windows, shades};
 use super::inputs::Inputs;
 use super::presets::sun_picture_options;
 use super::project::Project;
@@ -104,8 +104,9 @@ impl SunPictureJob<'_> {
         };
         let black = black_model(&self.inputs.scene, shades(self.inputs));
         let shaded = shaded_windows(self.inputs);
+        let panes = pane_windows(self.inputs);
         let first_shade = self.inputs.scene.materials.len() as u32;
-        let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded };
+        let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded, panes: &panes };
         let group = (GROUP_BYTES / (raster.len() * PIXEL_BYTES)).clamp(1, 256);
         crate::files::write_atomically(&path, |out| {
             let fault = |e: std::io::Error| Error::io(&path, &e);

@@ -30,7 +30,7 @@
 
 mod kinds;
 mod tables;
-mod tracer;
+pub(super) mod tracer;
 
 pub use kinds::PaneBsdf;
 
@@ -59,9 +59,9 @@ gpu_struct! {
         disc_samples: u32,
         first_cell: u32,
         end_cell: u32,
+        batch_stride: u32,
+        part_angle: f32,
         padding0: u32,
-        padding1: u32,
-        padding2: u32,
     }
 }
 
@@ -147,6 +147,9 @@ pub struct PaneOptions {
     pub cells: u32,
     /// Directions to a sun's disc per batch where it is seen clearly, and from points of the façade.
     pub disc_samples: u32,
+    /// Size of the parts of a cell, seen from the receiver, in each of which the scattering function is
+    /// evaluated, radians.
+    pub part_angle: f32,
     /// Independent repetitions; their spread gives the standard error. At least 2.
     pub batches: u32,
     /// Same seed, same device: same bits.
@@ -157,7 +160,7 @@ pub struct PaneOptions {
 
 impl Default for PaneOptions {
     fn default() -> Self {
-        Self { cells: 1024, disc_samples: 16, batches: 4, seed: 1, memory: 1 << 30 }
+        Self { cells: 1024, disc_samples: 16, part_angle: 0.05, batches: 4, seed: 1, memory: 1 << 30 }
     }
 }
 
@@ -251,4 +254,4 @@ pub fn facade(
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
