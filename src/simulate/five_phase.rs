@@ -104,9 +104,7 @@ impl<'a> Phase<'a> {
         let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
         shade::warn_of_mirrors(shades(inputs), warnings);
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
-        if traced {
-            self.write_suns(&suns)?;
-        }
+        self.write_suns(&suns)?;
         let statistics = traced.then_some(matrix.statistics);
         let skies = (suns.census.hours > 0 || suns.census.hours_below_horizon > 0).then(|| self.skies()).transpose()?;
         let transmissions: Vec<&Matrix<f64>> = inputs.windows.iter().map(|w| &w.transmission).collect();

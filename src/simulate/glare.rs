@@ -21,6 +21,7 @@ use super::glare_output::{self, Hour, ViewYear};
 use super::glare_section::{GlareMethod, GlareSection};
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::multiply::{Factor, lit_columns, product, select_columns};
+use super::picture_sets::GivenPictures;
 use super::pictures::PictureView;
 use super::presets::{image_options, rounds, view_options};
 use super::project::Project;
@@ -299,7 +300,11 @@ impl GlareJob<'_> {
 
     /// The view as a picture of the windows alone.
     fn windows_only(&self, view: &ViewSection) -> WindowsOnly<'_> {
-        WindowsOnly { job: self, view: ViewSection { name: windows_only_name(view), ..view.clone() }, windows: self.windows() }
+        WindowsOnly {
+            job: self,
+            view: ViewSection { name: windows_only_name(view), given: GivenPictures::default(), ..view.clone() },
+            windows: self.windows(),
+        }
     }
 
     fn windows_only_options(&self) -> ImageOptions {

@@ -24,6 +24,7 @@ mod testing;
 
 mod imports;
 mod panes;
+mod pictures;
 mod projects;
 mod slats;
 
