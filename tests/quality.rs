@@ -228,3 +228,67 @@ fn sky_and_phases_follow_the_glazing() {
         assert!(phases == 5 || plan.contains("spread all light evenly"), "{plan}");
     }
 }
+
+/// A project of one view and nothing else, in the small room, with this `[quality]`.
+fn eye_only(folder: &Path, quality: &str) -> (Summary, Vec<u8>) {
+    let scene = format!("{SCENES}/asymmetric");
+    std::fs::write(folder.join("eye.vf"), "rvu -vta -vp 1.5 1.5 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180\n").unwrap();
+    let text = format!(
+        "[weather]\nfile = \"{SCENES}/office/weather/new_york.wea\"\n[scene]\nfiles = [\"{scene}/room.rad\"]\n[[window]]\nname = \"south\"\n\
+         surface = \"{scene}/window.rad\"\nbsdf = \"{scene}/louvre.xml\"\n[[view]]\nname = \"eye\"\nfile = \"eye.vf\"\nresolution = [24, 24]\n\
+         [glare]\nmethod = \"image\"\n[quality]\n{quality}\n"
+    );
+    std::fs::write(folder.join("project.toml"), text).unwrap();
+    let project = Project::read(&folder.join("project.toml")).unwrap();
+    let mut inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
+    inputs.weather.records = inputs.weather.records[79 * 24..80 * 24].to_vec();
+    let device = Device::shared().unwrap();
+    let summary = run(&device, &project, &inputs, &folder.join("out"), &Silent, &mut Warnings::new()).unwrap();
+    (summary, std::fs::read(folder.join("out/glare/eye.csv")).unwrap())
+}
+
+/// Ev of the day, lx·h, from a table of glare.
+fn light(table: &[u8]) -> f64 {
+    String::from_utf8_lossy(table).lines().skip(1).map(|l| l.split(',').nth(3).unwrap().parse::<f64>().unwrap()).sum()
+}
+
+#[test]
+fn a_target_without_sensors_is_met_at_the_eye() {
+    if device("a target at the eye").is_none() {
+        return;
+    }
+    let run = |quality: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let (summary, table) = eye_only(folder.path(), quality);
+        (summary.views[0].eye_error.unwrap(), summary, table, folder)
+    };
+    let rounds = |summary: &Summary| summary.matrices.iter().find(|m| m.name == "D_south").unwrap().rounds.unwrap();
+    let (loose, ..) = run("target_error = 0.2");
+    let (error, summary, table, folder) = run("target_error = 0.003");
+    println!("20 % asked for: {:.2} %; 0.3 %: {:.2} %", 100.0 * loose, 100.0 * error);
+    assert!(error <= 0.003 && loose > 0.005 && summary.warnings.iter().all(|w| !w.contains("at the eye")));
+    // More than can be had is said; D is sampled as far as the target asks.
+    let (least, summary, ..) = run("target_error = 2e-4");
+    println!("0.02 %: {:.3} %, {} rounds of D", 100.0 * least, rounds(&summary));
+    assert!(least < error && rounds(&summary) > 1);
+    assert!(summary.warnings.iter().any(|w| w.contains("at the eye of view 'eye'")) == (least > 2e-4), "{:?}", summary.warnings);
+    // Run again, it finds everything there.
+    let (again, same) = eye_only(folder.path(), "target_error = 0.003");
+    assert!(again.matrices.iter().all(|m| m.reused), "{:?}", again.matrices);
+    assert!(same == table);
+    // The error that is told is the spread over seeds.
+    const SEEDS: u32 = 10;
+    let results: Vec<(f64, f64)> = (0..SEEDS)
+        .map(|seed| {
+            let (error, _, table, _) = run(&format!("preset = \"draft\"\nseed = {}", 100 + seed));
+            (light(&table), error)
+        })
+        .collect();
+    let mean = results.iter().map(|r| r.0).sum::<f64>() / f64::from(SEEDS);
+    let seen = (results.iter().map(|r| (r.0 / mean - 1.0).powi(2)).sum::<f64>() / f64::from(SEEDS - 1)).sqrt();
+    let told = (results.iter().map(|r| r.1.powi(2)).sum::<f64>() / f64::from(SEEDS)).sqrt();
+    println!("told {:.2} %, seen {:.2} % over {SEEDS} seeds", 100.0 * told, 100.0 * seen);
+    // A pixel's batches are spread evenly over it and differ more than their mean errs, by up to √3; ten
+    // seeds know their spread to a quarter.
+    assert!((0.5..2.5).contains(&(told / seen)));
+}

@@ -66,7 +66,7 @@ struct PaneCell {
     area: f32,
     edge2: vec3<f32>,
     padding0: u32,
-    // A random point inside, whose visibility counts for the whole cell.
+    // A random point inside, where light is followed.
     position: vec3<f32>,
     padding1: u32,
 }

@@ -1,8 +1,12 @@
 // What every receiver gets from every sun over the cells of the panes.
 //
-// Visibility is known per cell; within a cell as many points are evaluated as its size seen from the
-// receiver asks for. One invocation takes four suns, which share these points, and the cells
-// `first_cell` … `end_cell` of a batch: some drivers end loops early. Sums add up over dispatches.
+// What arrives is known at one random point of each cell. Near the receiver the scattering function and
+// the geometry differ within a cell: there their mean over many points stands for the value at that one
+// point, in the share that the other batches found the cell lit. E[w(x) g(x) + w' (m - g(x))] = E[w g]
+// for any w' that does not depend on x: no bias where a shadow's edge crosses the cell.
+//
+// One invocation takes four suns, which share these points, and the cells `first_cell` … `end_cell` of a
+// batch: some drivers end loops early. Sums add up over dispatches.
 
 import package::shared::counters::{count_finished};
 import package::shared::receiver::{Receiver};
@@ -51,7 +55,10 @@ const SUNS: u32 = 4u;
 
 // A sun at a cell, loaded once for all points of the cell.
 struct Light {
+    // What arrives at the cell's random point and passes on to the receiver.
     strength: vec3<f32>,
+    // The same at the points of the other batches, on average.
+    elsewhere: vec3<f32>,
     lit: bool,
     key: vec2<f32>,
     direction: vec2<f32>,
@@ -59,14 +66,23 @@ struct Light {
     surround: f32,
 }
 
-// Light of a sun, if there is one of this number, at a cell of a pane that a share `seen` passes from.
-fn light_at(sun: u32, index: u32, pane: u32, seen: vec3<f32>) -> Light {
+// Light of a sun, if there is one of this number, at cell `cell` of a batch.
+fn light_at(sun: u32, batch: u32, cell: u32, pane: u32, receiver: u32) -> Light {
     var light: Light;
     if sun < params.suns {
-        let sun_end = sun_ends[sun * params.cells * params.batches + index];
+        for (var k = 0u; k < params.batches; k++) {
+            let index = k * params.cells + cell;
+            let strength = sun_ends[sun * params.cells * params.batches + index].strength * passed[index * params.receivers + receiver].xyz;
+            if k == batch {
+                light.strength = strength;
+            } else {
+                light.elsewhere += strength / f32(params.batches - 1u);
+            }
+        }
+        let sun_end = sun_ends[sun * params.cells * params.batches + batch * params.cells + cell];
         let record = suns[sun * params.panes + pane];
-        light.strength = sun_end.strength * seen;
-        light.lit = max(light.strength.x, max(light.strength.y, light.strength.z)) > 0.0;
+        let most = max(light.strength, light.elsewhere);
+        light.lit = max(most.x, max(most.y, most.z)) > 0.0;
         light.key = sun_end.key;
         light.direction = sun_end.direction;
         light.guard = record.guard;
@@ -85,6 +101,26 @@ fn scattered(light: Light, lobe: u32, outgoing: vec2<f32>, key: vec2<f32>) -> f3
         return light.surround;
     }
     return bsdf_of_keys(lobe, key, light.key);
+}
+
+// Scattering function and geometry of four suns at a point of a pane.
+fn carried(point: vec3<f32>, receiver: Receiver, pane: Pane, lobe: u32, a: Light, b: Light, c: Light, d: Light) -> vec4<f32> {
+    let to_point = point - receiver.position;
+    let distance2 = max(dot(to_point, to_point), 1e-18);
+    let direction = to_point * inverseSqrt(distance2);
+    let outgoing = -pane_local(pane, direction);
+    let cosine = dot(direction, receiver.normal);
+    if outgoing.z <= 0.0 || cosine <= 0.0 {
+        return vec4<f32>(0.0);
+    }
+    let key = outgoing_key(lobe, outgoing);
+    let value = vec4<f32>(
+        scattered(a, lobe, outgoing.xy, key),
+        scattered(b, lobe, outgoing.xy, key),
+        scattered(c, lobe, outgoing.xy, key),
+        scattered(d, lobe, outgoing.xy, key)
+    );
+    return value * (outgoing.z * cosine / distance2);
 }
 
 fn add(batch: u32, sun: u32, receiver: u32, value: vec3<f32>) {
@@ -110,47 +146,37 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var i = params.first_cell;
     for (; i < params.end_cell; i++) {
         let index = id.z * params.cells + i;
-        let seen = passed[index * params.receivers + id.x].xyz;
-        if max(seen.x, max(seen.y, seen.z)) <= 0.0 {
-            continue;
-        }
         let cell = cells[index];
-        let light_a = light_at(sun, index, cell.pane, seen);
-        let light_b = light_at(sun + 1u, index, cell.pane, seen);
-        let light_c = light_at(sun + 2u, index, cell.pane, seen);
-        let light_d = light_at(sun + 3u, index, cell.pane, seen);
+        let light_a = light_at(sun, id.z, i, cell.pane, id.x);
+        let light_b = light_at(sun + 1u, id.z, i, cell.pane, id.x);
+        let light_c = light_at(sun + 2u, id.z, i, cell.pane, id.x);
+        let light_d = light_at(sun + 3u, id.z, i, cell.pane, id.x);
         if light_a.lit || light_b.lit || light_c.lit || light_d.lit {
             let pane = panes[cell.pane];
             let lobe = bsdf_lobe(pane.words, TRANSMISSION_FRONT);
             let away = length(cell.corner + (cell.edge1 + cell.edge2) / 3.0 - receiver.position);
             let side = u32(clamp(ceil(sqrt(2.0 * cell.area) / (params.part_angle * max(away, 1e-9))), 1.0, MOST_PARTS));
-            // Neighbours in a picture take other points, so that their errors even out.
-            let shared_seed = hash_combine(params.seed, index);
-            let seed = select(shared_seed, hash_combine(shared_seed, receiver.number), params.batch_stride > 0u);
-            var sum = vec4<f32>(0.0);
-            for (var part = 0u; part < side * side; part++) {
-                let place = part_point(part, side, seed);
-                let to_point = cell.corner + cell.edge1 * place.x + cell.edge2 * place.y - receiver.position;
-                let distance2 = max(dot(to_point, to_point), 1e-18);
-                let direction = to_point * inverseSqrt(distance2);
-                let outgoing = -pane_local(pane, direction);
-                let cosine = dot(direction, receiver.normal);
-                if outgoing.z > 0.0 && cosine > 0.0 {
-                    let key = outgoing_key(lobe, outgoing);
-                    let value = vec4<f32>(
-                        scattered(light_a, lobe, outgoing.xy, key),
-                        scattered(light_b, lobe, outgoing.xy, key),
-                        scattered(light_c, lobe, outgoing.xy, key),
-                        scattered(light_d, lobe, outgoing.xy, key)
-                    );
-                    sum += value * (outgoing.z * cosine / distance2);
+            let here = cell.area * carried(cell.position, receiver, pane, lobe, light_a, light_b, light_c, light_d);
+            a += light_a.strength * here.x;
+            b += light_b.strength * here.y;
+            c += light_c.strength * here.z;
+            d += light_d.strength * here.w;
+            if side > 1u {
+                // Neighbours in a picture take other points, so that their errors even out.
+                let shared_seed = hash_combine(params.seed, index);
+                let seed = select(shared_seed, hash_combine(shared_seed, receiver.number), params.batch_stride > 0u);
+                var sum = vec4<f32>(0.0);
+                for (var part = 0u; part < side * side; part++) {
+                    let place = part_point(part, side, seed);
+                    let point = cell.corner + cell.edge1 * place.x + cell.edge2 * place.y;
+                    sum += carried(point, receiver, pane, lobe, light_a, light_b, light_c, light_d);
                 }
+                let apart = sum * (cell.area / f32(side * side)) - here;
+                a += light_a.elsewhere * apart.x;
+                b += light_b.elsewhere * apart.y;
+                c += light_c.elsewhere * apart.z;
+                d += light_d.elsewhere * apart.w;
             }
-            sum *= cell.area / f32(side * side);
-            a += light_a.strength * sum.x;
-            b += light_b.strength * sum.y;
-            c += light_c.strength * sum.z;
-            d += light_d.strength * sum.w;
         }
     }
     add(id.z, sun, id.x, a);

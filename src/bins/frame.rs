@@ -24,7 +24,8 @@ impl Frame {
     pub fn new(normal: DVec3, up: DVec3) -> Result<Self> {
         let z = normal.try_normalize().ok_or_else(|| Error::new("the normal has no direction"))?;
         let x = up.try_normalize().map(|up| up.cross(z)).filter(|x| x.length() > 1e-6).and_then(DVec3::try_normalize).ok_or_else(|| {
-            Error::new("the up vector is zero or parallel to the normal").help("give another up vector, for instance u=+Y for a skylight")
+            Error::new("the up vector is zero or parallel to the normal")
+                .help("give another up vector: u=+Z for a wall, u=+Y for a skylight")
         })?;
         Ok(Self { x, y: z.cross(x), z })
     }

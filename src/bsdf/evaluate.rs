@@ -32,6 +32,9 @@ pub const LARGEST_LAMBERTIAN: f64 = 1.5 / PI;
 /// Share of light that leaves a pane above which energy is made up; Radiance warns at the same.
 const MOST_SHARE: f64 = 1.01;
 
+/// Share above which values are no scattering values at all.
+const ABSURD_SHARE: f64 = 1000.0;
+
 /// The scattering function of a pane with all its sides, 1/sr.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scattering {
@@ -72,20 +75,27 @@ impl Scattering {
     /// as 0), more light out than in, no transmission.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// As [`new`](Self::new); a thousand times more light out than in.
     pub fn checked(bsdf: &Bsdf, warnings: &mut Warnings) -> Result<Self> {
         let scattering = Self::new(bsdf)?;
         for (component, block) in bsdf.visible.iter() {
             let negative = count_negative(block);
             if negative > 0 {
                 let text = format!("{negative} values are negative and count as 0");
-                warnings.push(Error::new(text).field(component.xml_name()).help("`lucarne bsdf repair` writes a file without them"));
+                warnings.push(
+                    Error::new(text).field(component.xml_name()).help("`lucarne bsdf check --repair -o FILE` writes a file without them"),
+                );
             }
         }
         if scattering.lobe(Component::TransmissionFront).is_none() {
             warnings.push(Error::new("there is no transmission: no light passes the pane").field("Transmission Front"));
         }
         let (direction, share) = scattering.largest_share();
+        if share > ABSURD_SHARE {
+            return Err(Error::new(format!("{share:.2e} times the light that arrives would leave the pane")).field("ScatteringData").help(
+                "scattering values are in 1/sr, their hemispherical sums at most 1: get the file again, or `lucarne bsdf check` it",
+            ));
+        }
         if share > MOST_SHARE {
             let theta = direction.z.abs().min(1.0).acos().to_degrees();
             let side = if direction.z > 0.0 { "outside" } else { "room" };

@@ -436,7 +436,9 @@ impl<'w> Document<'w> {
                         block.data = match text {
                             Text::Matrix(list) => Some(Data::Numbers(list)),
                             Text::Tree(tree) => Some(Data::Tree(tree)),
-                            Text::Undecided => return Err(Error::new("there are no values")),
+                            Text::Undecided => {
+                                return Err(Error::new("there are no values").help("generate the file again, or take this block out"));
+                            }
                             _ => None,
                         };
                     }

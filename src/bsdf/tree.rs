@@ -455,8 +455,11 @@ impl TreeParser {
         match self.state {
             State::Done => Ok(self.tree),
             State::Start => Err(Error::new("the tensor tree is empty")),
-            _ => Err(Error::new(format!("the tensor tree ends inside {} open brace(s)", self.branches.len() + 1))
-                .help("the file is cut off; generate it again")),
+            state => {
+                let open = self.branches.len() + usize::from(state != State::InBranch);
+                Err(Error::new(format!("the tensor tree ends inside {open} open brace(s)"))
+                    .help("closing braces are missing, or the file is cut off: generate it again"))
+            }
         }
     }
 
@@ -472,7 +475,8 @@ impl TreeParser {
             }
             State::Opened(slot) => {
                 if self.branches.len() >= DEPTH_LIMIT {
-                    return Err(Error::new(format!("the tensor tree is nested deeper than {DEPTH_LIMIT} levels")));
+                    return Err(Error::new(format!("the tensor tree is nested deeper than {DEPTH_LIMIT} levels"))
+                        .help("trees of 2^7 by 2^7 directions have 7; closing braces may be missing"));
                 }
                 let first = self.tree.nodes.len() as u32;
                 self.tree.nodes.resize(self.tree.nodes.len() + self.children(), Node::Leaf { log2: 0, first: 0 });
@@ -490,8 +494,15 @@ impl TreeParser {
                 *count += 1;
                 *first + *count as u32 - 1
             }
-            State::InLeaf(..) => return Err(Error::new("an opening brace among numbers of a tensor tree")),
-            State::Done => return Err(Error::new("more text after the tensor tree")),
+            State::InLeaf(..) => {
+                return Err(Error::new("an opening brace among numbers of a tensor tree")
+                    .help("a group holds either numbers or groups; a closing brace may be missing before"));
+            }
+            State::Done => {
+                return Err(
+                    Error::new("more text after the tensor tree").help("a block holds one group in braces: is there a brace too many?")
+                );
+            }
         };
         self.state = State::Opened(slot);
         Ok(())
@@ -499,7 +510,11 @@ impl TreeParser {
 
     fn close(&mut self) -> Result<()> {
         match self.state {
-            State::Opened(_) => return Err(Error::new("an empty brace in the tensor tree")),
+            State::Opened(_) => {
+                return Err(
+                    Error::new("an empty brace in the tensor tree").help("a group holds numbers or groups; generate the file again")
+                );
+            }
             State::InLeaf(slot, first) => {
                 let count = self.tree.values.len() - first as usize;
                 let log2 = (0..=DEPTH_LIMIT).find(|k| 1usize.checked_shl((k * self.tree.rank) as u32) == Some(count)).ok_or_else(|| {
@@ -519,7 +534,10 @@ impl TreeParser {
                     .help("is IncidentDataStructure (TensorTree3 or TensorTree4) right?"));
                 }
             }
-            State::Start | State::Done => return Err(Error::new("a closing brace without its opening one")),
+            State::Start | State::Done => {
+                return Err(Error::new("a closing brace without its opening one")
+                    .help("a tensor tree is one group in braces; there is one brace too many here or a missing one before"));
+            }
         }
         self.state = if self.branches.is_empty() { State::Done } else { State::InBranch };
         Ok(())
@@ -539,7 +557,10 @@ impl TreeParser {
         match self.state {
             State::Opened(slot) => self.state = State::InLeaf(slot, self.tree.values.len() as u32),
             State::InLeaf(..) => {}
-            _ => return Err(Error::new("a number outside the innermost braces of the tensor tree")),
+            _ => {
+                return Err(Error::new("a number outside the innermost braces of the tensor tree")
+                    .help("a group holds either numbers or groups: a brace is missing or too many"));
+            }
         }
         if self.tree.values.len() >= VALUE_LIMIT {
             return Err(Error::new(format!("the tensor tree has more than {VALUE_LIMIT} values")));

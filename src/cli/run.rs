@@ -70,7 +70,8 @@ fn report(output: &Path, summary: &Summary) {
             0 => output.join("matrices").join(format!("V_{}.mtx", view.name)),
             _ => output.join("images").join(&view.name),
         };
-        println!("{}: {} pixels, {} pictures", place.display(), view.pixels, view.pictures);
+        let error = view.eye_error.map_or(String::new(), |e| format!(", standard error {:.2} % of a year at the eye", 100.0 * e));
+        println!("{}: {} pixels, {} pictures{error}", place.display(), view.pixels, view.pictures);
     }
     if let Some(glare) = &summary.glare {
         let states = if glare.states > 1 { format!(", {} states of the façade", glare.states) } else { String::new() };

@@ -257,7 +257,7 @@ fn vcp(sources: &[Source], average_luminance: f64) -> f64 {
 }
 
 /// Error function, by its series 2/√π e^(−x²) Σ 2ⁿ x^(2n+1)/(1·3·…·(2n+1)), all of one sign.
-fn erf(x: f64) -> f64 {
+pub(crate) fn erf(x: f64) -> f64 {
     if x.abs() > 6.0 {
         return x.signum();
     }

@@ -81,6 +81,16 @@ pub fn sunny_windows(inputs: &Inputs) -> impl Iterator<Item = &Window> {
     inputs.windows.iter().filter(|w| is_sunny(w)).map(|w| &w.window)
 }
 
+/// The suns of a project.
+///
+/// # Errors
+/// As [`SunSet::new`].
+pub fn sun_set(project: &Project, inputs: &Inputs) -> Result<SunSet> {
+    // Without windows no sun is taken for unreachable.
+    let windows: Vec<Window> = if project.quality.prune { sunny_windows(inputs).cloned().collect() } else { Vec::new() };
+    SunSet::new(&inputs.weather, project.method.suns, &windows)
+}
+
 /// The shades of all windows.
 pub fn shades(inputs: &Inputs) -> impl Iterator<Item = &Shade> {
     inputs.windows.iter().filter_map(|w| w.shade.as_ref())
@@ -99,9 +109,7 @@ impl<'a> Phase<'a> {
         warnings: &mut Warnings,
     ) -> Result<(FivePhase<'a>, Option<TraceStatistics>)> {
         let (project, inputs) = (self.project, self.inputs);
-        // Without windows no sun is taken for unreachable.
-        let windows: Vec<Window> = if project.quality.prune { sunny_windows(inputs).cloned().collect() } else { Vec::new() };
-        let suns = SunSet::new(&inputs.weather, project.method.suns, &windows)?;
+        let suns = sun_set(project, inputs)?;
         shade::warn_of_mirrors(shades(inputs), warnings);
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
         self.write_suns(&suns)?;

@@ -9,8 +9,7 @@
 //!
 //! With five phases the sun's patches, seen straight through a shade, go out of pictures and sensors,
 //! and the suns come back as traced, hour by hour; `imageless` has their discs for sources.
-//! The standard error of `imageless` is that of Ev alone; the patches' own noise is left out. That of
-//! the traced suns counts with Ev, not with the sources' luminance.
+//! The standard error of `imageless` is that of Ev alone; the patches' own noise is left out.
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
 use super::fingerprint::Fingerprint;
@@ -33,7 +32,9 @@ use crate::error::{Error, Result, Warnings};
 use crate::glare::geometry::PixelGeometry;
 use crate::glare::{Analyser, index};
 use crate::gpu::Device;
-use crate::kernels::glare::{Additions, Batches, HourNoise, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year};
+use crate::kernels::glare::{
+    AddedLight, Additions, Batches, HourNoise, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year,
+};
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::product::Multiplier;
 use crate::kernels::trace::{TraceStatistics, TracedMatrix};
@@ -152,14 +153,11 @@ struct SunLight<'a> {
 }
 
 impl Additions for SunLight<'_> {
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<(u32, f32)>) -> Result<()> {
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<()> {
         let luminance = |v: [f32; 3]| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * f64::from(v[c])).sum::<f64>() as f32;
-        pixels.extend(self.pictures.sun_picture(self.hours[hour])?.into_iter().map(|(pixel, v)| (pixel, luminance(v))));
+        let lit = self.pictures.sun_picture_with_errors(self.hours[hour])?;
+        pixels.extend(lit.into_iter().map(|(pixel, v, error)| AddedLight { pixel, luminance: luminance(v), error }));
         Ok(())
-    }
-
-    fn illuminance_variance(&self, hour: usize) -> f64 {
-        self.pictures.eye_error(self.hours[hour]).powi(2)
     }
 }
 
@@ -453,6 +451,7 @@ impl WindowsOnly<'_> {
             windows: &self.windows,
             view: &self.view,
             options: self.job.windows_only_options(),
+            refinement: 1,
             store: self.job.store,
             progress: self.job.progress,
         };
@@ -470,7 +469,7 @@ fn windows_only_name(view: &ViewSection) -> String {
 }
 
 /// The sensor at a view's eye.
-fn eye(view: &ViewSection) -> Result<Sensor> {
+pub(super) fn eye(view: &ViewSection) -> Result<Sensor> {
     let found = view.view()?;
     let camera = found.camera().map_err(|e| e.file(&view.file))?;
     Ok(Sensor { position: found.point, direction: camera.direction, line: 1 })

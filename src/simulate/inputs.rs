@@ -1,9 +1,11 @@
 //! Everything a project names, read and checked against each other before any computing.
 
-use super::import::Imported;
+use super::five_phase::sun_set;
+use super::import::{Imported, sun_matrices};
 use super::project::{Project, SensorsSection, WindowSection};
 use super::shade::Shade;
-use crate::bsdf;
+use crate::bsdf::evaluate::Scattering;
+use crate::bsdf::{self, Component};
 use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
@@ -85,7 +87,38 @@ impl Inputs {
         for window in &windows {
             check_side(window, &sensors)?;
         }
-        Ok(Self { weather, scene, windows, sensors })
+        let inputs = Self { weather, scene, windows, sensors };
+        inputs.check_suns(project, warnings)?;
+        Ok(inputs)
+    }
+
+    /// Faults of what five phases need, before hours of tracing.
+    fn check_suns(&self, project: &Project, warnings: &mut Warnings) -> Result<()> {
+        let method = &project.method;
+        if method.choice(&project.windows).phases != 5 {
+            if method.suns_are_given {
+                warnings.push(
+                    Error::new("'suns' has no effect: no window lets suns through, so there are three phases")
+                        .file(&project.file)
+                        .field("method.suns")
+                        .help("add shade = \"….rad\" or tensor_tree = \"….xml\" to a [[window]], or take 'suns' out"),
+                );
+            }
+            return Ok(());
+        }
+        for section in project.windows.iter().filter(|w| w.lets_suns_through() && !w.states.is_empty()) {
+            warnings.push(
+                Error::new(format!("the sun is traced through the shade or tensor tree of window '{}' in all of its states", section.name))
+                    .file(&project.file)
+                    .help("for states that let the sun through differently run a project for each, with its own shade"),
+            );
+        }
+        if self.sensors.iter().any(|g| g.sun.is_some()) {
+            let suns = sun_set(project, self)?;
+            let files = self.sensors.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
+            sun_matrices(files, &suns)?;
+        }
+        Ok(())
     }
 
     /// Number of bins of all windows: columns of V.
@@ -110,6 +143,7 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
     }
     let bsdf = bsdf::read(&section.bsdf, warnings)?;
     let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
+    checked(&bsdf, &section.bsdf, warnings)?;
     let pane = section.tensor_tree.as_ref().map(|file| read_pane(file, warnings)).transpose()?;
     let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
     let single = surfaces.len() == 1;
@@ -173,12 +207,26 @@ fn read_windows(project: &Project, section: &WindowSection, warnings: &mut Warni
 fn read_state(path: &Path, warnings: &mut Warnings) -> Result<(String, Matrix<f64>)> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let bsdf = bsdf::read(path, warnings)?;
+    checked(&bsdf, path, warnings)?;
     Ok((name, in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(path))?)))
+}
+
+/// The scattering function, with warnings of doubtful values.
+fn checked(bsdf: &bsdf::Bsdf, file: &Path, warnings: &mut Warnings) -> Result<Scattering> {
+    let mut found = Warnings::new();
+    let scattering = Scattering::checked(bsdf, &mut found).map_err(|e| e.file(file))?;
+    found.iter().for_each(|w| warnings.push(w.clone().file(file)));
+    Ok(scattering)
 }
 
 /// Scattering data as the sun meets them: with their through-peak, if they have one, as a clear view.
 fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<PaneBsdf> {
-    let scattering = bsdf::evaluate::Scattering::new(&bsdf::read(file, warnings)?).map_err(|e| e.file(file))?;
+    let scattering = checked(&bsdf::read(file, warnings)?, file, warnings)?;
+    if scattering.lobe(Component::TransmissionFront).is_none() {
+        return Err(Error::new("the BSDF has no transmission of wavelength Visible, so no sun passes it")
+            .file(file)
+            .help("use a file with Visible / Transmission Front or Transmission Back"));
+    }
     Ok(if scattering.has_peak() { PaneBsdf::PeakBsdf(scattering) } else { PaneBsdf::Bsdf(scattering) })
 }
 

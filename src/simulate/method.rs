@@ -31,6 +31,8 @@ pub struct MethodSection {
     pub sky: ReinhartSky,
     /// Whether the sky was left to the glazing.
     pub sky_follows_glazing: bool,
+    /// Whether `suns` was written.
+    pub suns_are_given: bool,
     /// Whether no window that suns could be traced through passes a sun as such: diffuse panels.
     pub suns_are_spread: bool,
     /// Radiance's `-ab`; `None`: paths end by Russian roulette only, without bias.
@@ -55,6 +57,7 @@ impl MethodSection {
             sky: ReinhartSky::new(1)?,
             bounces: None,
             sky_follows_glazing: false,
+            suns_are_given: false,
             suns_are_spread: false,
         };
         let mut sunny = windows.iter().filter(|w| w.lets_suns_through()).peekable();
@@ -64,7 +67,7 @@ impl MethodSection {
             method.suns_are_spread = sunny.peek().is_some() && sunny.all(spread);
             return Ok(method);
         };
-        method.phases = match table.integer_or_choice("phases", 1..=100, &["auto"])? {
+        method.phases = match table.integer_or_choice("phases", 2..=5, &["auto"])? {
             None | Some(Err(_)) => Phases::Auto,
             Some(Ok(2)) => Phases::Two,
             Some(Ok(3)) => Phases::Three,
@@ -74,6 +77,7 @@ impl MethodSection {
             }
         };
         let suns = table.integer_or_choice("suns", 1..=6, &["hourly"])?;
+        method.suns_are_given = suns.is_some();
         method.suns = match suns {
             None => method.suns,
             Some(Ok(n)) => SunScheme::Patches(ReinhartSky::new(n as usize)?),

@@ -158,8 +158,8 @@ impl<'a> SunsGiven<'a> {
         let picture = hdr::read_with(&self.pattern.path(self.numbers[sun]), Exposure::Undo)?;
         check_size(self.pattern, [picture.width, picture.height], self.raster)?;
         let lit = |v: &[f32; 3]| v.iter().any(|c| *c > 0.0);
-        let pixels = (0u32..).zip(picture.pixels).filter(|(_, v)| lit(v)).collect();
-        Ok(SunPicture { pixels, eye_error: 0.0 })
+        let pixels: Vec<_> = (0u32..).zip(picture.pixels).filter(|(_, v)| lit(v)).collect();
+        Ok(SunPicture { errors: vec![0.0; pixels.len()], pixels })
     }
 }
 

@@ -244,14 +244,20 @@ impl WindowSection {
             // The key is asked for all the same, so that it is known.
             Some(first) => match table.path("bsdf")? {
                 None => first.clone(),
-                Some(_) => return Err(table.error("bsdf", "a window has either one 'bsdf' or several 'states'")),
+                Some(_) => {
+                    return Err(table
+                        .error("bsdf", "a window has either one 'bsdf' or several 'states'")
+                        .help("put this file first in 'states' and take 'bsdf' out"));
+                }
             },
             None => table.required_path("bsdf", "add bsdf = \"….xml\": the window's Klems BSDF")?,
         };
         let shade = table.path("shade")?;
         let tensor_tree = table.path("tensor_tree")?;
         if shade.is_some() && tensor_tree.is_some() {
-            return Err(table.error("tensor_tree", "the sun is traced either through a 'shade' or through a 'tensor_tree'"));
+            return Err(table
+                .error("tensor_tree", "the sun is traced either through a 'shade' or through a 'tensor_tree'")
+                .help("keep the shade if there are slats or panes to trace, the tensor tree if there are only measured data"));
         }
         let daylight = ImportSection::read(&mut table, "daylight", "daylight_direct")?;
         table.finish()?;

@@ -41,7 +41,8 @@ impl Preset {
 pub struct QualitySection {
     /// Samples of a round: the preset, `Standard` under the other settings.
     pub preset: Preset,
-    /// Relative standard error to reach, of a year's light at the worst sensor.
+    /// Relative standard error to reach, of a year's light at the worst sensor, or without sensors at the
+    /// eye of each view.
     pub target_error: Option<f64>,
     /// Time for tracing V and D.
     pub time_limit: Option<Duration>,

@@ -93,6 +93,8 @@ pub(super) fn run_beside(
 mod matrices;
 mod pictures;
 
+use pictures::ProductOfPictures;
+
 struct Run<'a> {
     device: &'a Device,
     project: &'a Project,
@@ -151,7 +153,8 @@ impl<'a> Run<'a> {
 
         let clock = Instant::now();
         let sensors = self.write(&lux, &errors)?;
-        let pictures = pictures::Product { multiplier: multiplier.as_ref(), transmitted: &transmitted, sky: &sky };
+        let pictures =
+            ProductOfPictures { multiplier: multiplier.as_ref(), transmitted: &transmitted, sky: &sky, daylight: &sampled.daylight };
         let views = self.pictures(&pictures, five.as_ref(), &daylight_direct, warnings)?;
         self.seconds.write = clock.elapsed().as_secs_f64();
 

@@ -108,6 +108,9 @@ pub struct ViewSummary {
     pub pixels: usize,
     /// Pictures written.
     pub pictures: usize,
+    /// Relative standard error of a year's light at the eye, traced suns left out; absent for views
+    /// without directions.
+    pub eye_error: Option<f64>,
 }
 
 /// One matrix file.

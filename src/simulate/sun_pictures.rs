@@ -26,14 +26,14 @@ use std::sync::{Mutex, PoisonError};
 
 /// First bytes of a file of sparse pictures. Then, little endian: the inputs' fingerprint with its
 /// length; the hours with their number, each its sun (from 1, 0 for none; u32) and radiance (f64);
-/// the pictures with their number, each its sun, entries, error at the eye (f64) and the entries.
-const MAGIC: &[u8; 8] = b"LUCSUNS2";
+/// the pictures with their number, each its sun, entries and the entries.
+const MAGIC: &[u8; 8] = b"LUCSUNS3";
 /// Bytes of an hour.
 const HOUR: usize = 12;
-/// Bytes before the entries of a picture: sun, entries, error.
-const HEAD: usize = 24;
-/// Bytes of an entry: number of the pixel, radiance of three channels.
-const ENTRY: usize = 16;
+/// Bytes before the entries of a picture: sun, entries.
+const HEAD: usize = 16;
+/// Bytes of an entry: number of the pixel, radiance of three channels, standard error of its luminance.
+const ENTRY: usize = 20;
 /// Memory for the pictures of suns that are traced together, bytes; each pixel may take this much.
 const GROUP_BYTES: usize = 1 << 28;
 const PIXEL_BYTES: usize = 64;
@@ -53,8 +53,6 @@ pub struct SunPictures {
 struct Place {
     start: u64,
     entries: usize,
-    /// Standard error at the eye, lx per W/m²sr.
-    eye_error: f64,
 }
 
 /// What they are computed from.
@@ -166,10 +164,9 @@ fn write_picture(out: &mut dyn Write, number: usize, picture: &SunPicture) -> st
     let mut bytes = Vec::with_capacity(HEAD + pixels.len() * ENTRY);
     bytes.extend((number as u64).to_le_bytes());
     bytes.extend((pixels.len() as u64).to_le_bytes());
-    bytes.extend(picture.eye_error.to_le_bytes());
-    for (pixel, value) in pixels {
+    for ((pixel, value), error) in pixels.iter().zip(&picture.errors) {
         bytes.extend(pixel.to_le_bytes());
-        value.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        value.iter().chain([error]).for_each(|v| bytes.extend(v.to_le_bytes()));
     }
     out.write_all(&bytes)
 }
@@ -245,18 +242,11 @@ impl SunPictures {
         let mut places = BTreeMap::new();
         for _ in 0..words.number()? {
             let [number, entries] = [words.number()?, words.number()?];
-            let eye_error = f64::from_bits(words.number()?);
             let start = words.position;
             words.skip(entries.saturating_mul(ENTRY as u64))?;
-            places.insert(number as usize, Place { start, entries: entries as usize, eye_error });
+            places.insert(number as usize, Place { start, entries: entries as usize });
         }
         Ok((inputs, hours, places))
-    }
-
-    /// Standard error of the illuminance that the sun's light of an hour makes at the eye, lx.
-    pub fn eye_error(&self, hour: usize) -> f64 {
-        let sun = self.hours.get(hour).copied().flatten();
-        sun.map_or(0.0, |(sun, radiance)| self.places.get(&sun).map_or(0.0, |p| p.eye_error * radiance))
     }
 
     /// Numbers of the suns that have a picture.
@@ -270,11 +260,19 @@ impl SunPictures {
     /// # Errors
     /// A file that cannot be read any more.
     pub fn sun_picture(&self, hour: usize) -> Result<SparsePicture> {
+        Ok(self.sun_picture_with_errors(hour)?.into_iter().map(|(pixel, value, _)| (pixel, value)).collect())
+    }
+
+    /// The same, with the standard error of each pixel's luminance, cd/m²; pixels are independent.
+    ///
+    /// # Errors
+    /// As [`sun_picture`](Self::sun_picture).
+    pub fn sun_picture_with_errors(&self, hour: usize) -> Result<Vec<(u32, [f32; 3], f32)>> {
         let Some((sun, radiance)) = self.hours.get(hour).copied().flatten() else { return Ok(Vec::new()) };
         if !self.places.contains_key(&sun) {
             return Err(Error::new(format!("the sun of hour {hour} was not traced")).file(&self.path));
         }
-        self.of_sun(sun, radiance)
+        self.entries(sun, radiance)
     }
 
     /// The picture of a sun of this radiance, W/m²sr; empty if there is none.
@@ -282,7 +280,11 @@ impl SunPictures {
     /// # Errors
     /// A file that cannot be read any more.
     pub fn of_sun(&self, sun: usize, radiance: f64) -> Result<SparsePicture> {
-        let Some(&Place { start, entries, .. }) = self.places.get(&sun) else { return Ok(Vec::new()) };
+        Ok(self.entries(sun, radiance)?.into_iter().map(|(pixel, value, _)| (pixel, value)).collect())
+    }
+
+    fn entries(&self, sun: usize, radiance: f64) -> Result<Vec<(u32, [f32; 3], f32)>> {
+        let Some(&Place { start, entries }) = self.places.get(&sun) else { return Ok(Vec::new()) };
         let mut bytes = vec![0u8; entries * ENTRY];
         {
             let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
@@ -290,8 +292,8 @@ impl SunPictures {
         }
         let word = |entry: &[u8], i: usize| [entry[4 * i], entry[4 * i + 1], entry[4 * i + 2], entry[4 * i + 3]];
         let entry = |e: &[u8]| {
-            let value = std::array::from_fn(|c| (f64::from(f32::from_le_bytes(word(e, c + 1))) * radiance) as f32);
-            (u32::from_le_bytes(word(e, 0)), value)
+            let number = |i: usize| (f64::from(f32::from_le_bytes(word(e, i))) * radiance) as f32;
+            (u32::from_le_bytes(word(e, 0)), [1, 2, 3].map(number), number(4))
         };
         Ok(bytes.chunks_exact(ENTRY).map(entry).collect())
     }

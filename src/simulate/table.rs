@@ -103,10 +103,15 @@ impl<'d, 'a> Table<'d, 'a> {
 
     /// One of several words.
     pub fn choice<T: Copy>(&mut self, key: &'static str, choices: &[(&str, T)]) -> Result<Option<T>> {
+        self.choice_beside(key, choices, "")
+    }
+
+    /// The same where something else than a word may stand too.
+    fn choice_beside<T: Copy>(&mut self, key: &'static str, choices: &[(&str, T)], beside: &str) -> Result<Option<T>> {
         let Some(word) = self.string(key)? else { return Ok(None) };
         choices.iter().find(|(name, _)| *name == word).map(|&(_, value)| Some(value)).ok_or_else(|| {
             let names: Vec<String> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-            self.error(key, format!("'{word}' is not known here")).help(format!("choose {}", names.join(", ")))
+            self.error(key, format!("'{word}' is not known here")).help(format!("choose {}{beside}", names.join(", ")))
         })
     }
 
@@ -203,7 +208,8 @@ impl<'d, 'a> Table<'d, 'a> {
     ) -> Result<Option<std::result::Result<u64, &'static str>>> {
         if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
             let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
-            return Ok(self.choice(key, &choices)?.map(Err));
+            let numbers = format!(", or a whole number from {} to {}", limits.start(), limits.end());
+            return Ok(self.choice_beside(key, &choices, &numbers)?.map(Err));
         }
         Ok(self.integer(key, limits)?.map(Ok))
     }
@@ -276,7 +282,7 @@ impl<'d, 'a> Table<'d, 'a> {
     ) -> Result<Option<std::result::Result<Vec<u64>, &'static str>>> {
         if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
             let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
-            return Ok(self.choice(key, &choices)?.map(Err));
+            return Ok(self.choice_beside(key, &choices, ", or a list of whole numbers")?.map(Err));
         }
         Ok(self.integers(key, limits)?.map(Ok))
     }

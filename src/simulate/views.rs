@@ -148,6 +148,8 @@ pub struct ViewJob<'a> {
     pub view: &'a ViewSection,
     /// Sampling.
     pub options: ImageOptions,
+    /// Batches as a multiple of the options'; as many together make one of those that are kept.
+    pub refinement: u32,
     /// Where results go.
     pub store: &'a Store,
     /// Progress.
@@ -155,31 +157,45 @@ pub struct ViewJob<'a> {
 }
 
 impl ViewJob<'_> {
+    /// Rows and columns of the view matrix if one of the same inputs is there, with all that belongs to it.
+    ///
+    /// # Errors
+    /// A view that cannot be.
+    pub fn kept(&self, inputs: Fingerprint) -> Result<Option<(usize, usize)>> {
+        let raster = self.view.raster()?;
+        let bins = self.windows.iter().map(|w| w.basis.len()).sum();
+        let kept = |path: &Path, rows: usize| self.store.has(path, &|path| is_of(path, inputs, (rows, bins, 3)));
+        let rows = self.batch_rows(&raster).unwrap_or(0) * self.options.batches as usize;
+        let there = kept(&self.store.matrix_path(&format!("V_{}", self.view.name)), raster.len())
+            && (!self.options.straight || kept(&self.direct_path(), raster.len()))
+            && (rows == 0 || kept(&self.batches_path(), rows));
+        Ok(there.then_some((raster.len(), bins)))
+    }
+
+    /// Rows of a batch's sums. A view without directions (parallel) has no glare, and no need of batches.
+    fn batch_rows(&self, raster: &Raster) -> Option<usize> {
+        PixelGeometry::new(raster).ok().map(|g| BatchSums::new(&g, 0).rows())
+    }
+
     /// Computes the view matrix into `matrices/V_NAME.mtx`, unless one of the same inputs is there.
     /// Returns rows, columns and whether it was reused.
     ///
     /// # Errors
     /// As [`image_matrix::compute`], and failures of the file system.
     pub fn matrix(&self, inputs: Fingerprint, statistics: &mut TraceStatistics) -> Result<(usize, usize, bool)> {
+        if let Some((rows, columns)) = self.kept(inputs)?.filter(|_| self.view.given.view.is_none()) {
+            return Ok((rows, columns, true));
+        }
         let raster = self.view.raster()?;
         let bins = self.windows.iter().map(|w| w.basis.len()).sum();
         let path = self.store.matrix_path(&format!("V_{}", self.view.name));
         let direct_path = self.direct_path();
-        let batches_path = self.batches_path();
         // A view without directions (parallel) has no glare, and no need of batches.
         let geometry = PixelGeometry::new(&raster).ok();
         let batches = if geometry.is_some() { self.options.batches as usize } else { 0 };
         let mut sums: Vec<BatchSums> = geometry.iter().flat_map(|g| vec![BatchSums::new(g, bins); batches]).collect();
         let rows = sums.iter().map(BatchSums::rows).sum();
         let straight = self.options.straight;
-        let kept = |path: &Path, rows: usize| self.store.has(path, &|path| is_of(path, inputs, (rows, bins, 3)));
-        if self.view.given.view.is_none()
-            && kept(&path, raster.len())
-            && (!straight || kept(&direct_path, raster.len()))
-            && (rows == 0 || kept(&batches_path, rows))
-        {
-            return Ok((raster.len(), bins, true));
-        }
         if let Some(given) = &self.view.given.view {
             let direct = self.view.given.view_direct.as_ref().filter(|_| straight).map(|d| (d, direct_path.as_path()));
             let sets = [Some((given, path.as_path())), direct];
@@ -209,7 +225,9 @@ impl ViewJob<'_> {
                 write_float_header(*direct, [raster.len(), bins, 3], &header)?;
             }
             let mut bytes = Vec::new();
-            let found = image_matrix::compute(self.device, self.scene, self.windows, &raster, &self.options, self.progress, &mut |rows| {
+            let (batches, subpixels) = (self.options.batches * self.refinement, self.options.subpixels * self.refinement);
+            let options = ImageOptions { batches, subpixels, ..self.options };
+            let found = image_matrix::compute(self.device, self.scene, self.windows, &raster, &options, self.progress, &mut |rows| {
                 if let Some(geometry) = &geometry {
                     add_batches(&mut sums, geometry, &rows, bins);
                 }
@@ -233,7 +251,7 @@ impl ViewJob<'_> {
             write_atomically(&path, |out| trace(out, None))?;
         }
         if !sums.is_empty() {
-            let values = sums.iter().flat_map(BatchSums::sums).map(|&v| v as f32).collect();
+            let values = sums.iter().flat_map(BatchSums::sums).map(|&v| (v / f64::from(self.refinement)) as f32).collect();
             self.keep_batches(values, (rows, bins), inputs)?;
         }
         Ok((raster.len(), bins, false))
@@ -305,12 +323,16 @@ impl ViewJob<'_> {
     }
 }
 
-/// Adds the rows of some pixels to each batch's sums.
+/// Adds the rows of some pixels to each batch's sums; there may be several batches to each of them.
 fn add_batches(sums: &mut [BatchSums], geometry: &PixelGeometry, rows: &PixelRows, bins: usize) {
-    let (batches, row) = (sums.len(), bins * 3);
-    sums.par_iter_mut().enumerate().for_each(|(batch, sums)| {
+    let row = bins * 3;
+    let batches = rows.batches.len() / (rows.pixels * row).max(1);
+    let each = batches / sums.len();
+    sums.par_iter_mut().enumerate().for_each(|(number, sums)| {
         for (i, values) in rows.batches.chunks_exact(batches * row).enumerate() {
-            sums.add(geometry, rows.first + i, &values[batch * row..(batch + 1) * row]);
+            for batch in number * each..(number + 1) * each {
+                sums.add(geometry, rows.first + i, &values[batch * row..(batch + 1) * row]);
+            }
         }
     });
 }

@@ -22,6 +22,7 @@ use std::path::{Path, PathBuf};
 #[allow(dead_code, reason = "shared with other tests")]
 mod testing;
 
+mod faults;
 mod imports;
 mod panes;
 mod pictures;

@@ -136,7 +136,11 @@ fn direct_matrices_never_exceed_the_whole_on_any_shipped_scene() {
         }
         let mut project = Project::read(&file).unwrap();
         project.quality.preset = lucarne::simulate::project::Preset::Draft;
-        project.views.clear();
+        // Pictures have straight parts where suns are taken out of them.
+        project.views.retain(|_| project.method.phases == lucarne::simulate::method::Phases::Five);
+        project.views.iter_mut().for_each(|v| v.resolution = [24, 24]);
+        project.images.hours = lucarne::simulate::views::ImageHours::None;
+        project.glare = None;
         let mut warnings = Warnings::new();
         let mut inputs = Inputs::read(&project, &mut warnings).unwrap();
         inputs.weather.records.truncate(24);
@@ -145,7 +149,8 @@ fn direct_matrices_never_exceed_the_whole_on_any_shipped_scene() {
             inputs.sensors[0].sensors.retain(|s| s.direction.y < 0.0);
         }
         run(&device, &project, &inputs, folder.path(), &Silent, &mut warnings).unwrap();
-        let names = (project.sensors.iter().map(|s| format!("V_{}", s.name))).chain(inputs.windows.iter().map(|w| format!("D_{}", w.name)));
+        let receivers = project.sensors.iter().map(|s| &s.name).chain(project.views.iter().map(|v| &v.name));
+        let names = receivers.map(|n| format!("V_{n}")).chain(inputs.windows.iter().map(|w| format!("D_{}", w.name)));
         for name in names {
             let read = |suffix: &str| read_matrix(&folder.path().join(format!("matrices/{name}{suffix}.mtx"))).unwrap().matrix.into_data();
             let (total, direct) = (read(""), read("_direct"));

@@ -37,11 +37,15 @@ fn spiky(b: KlemsBasis) -> KlemsMatrix {
     KlemsMatrix::from_fn(&basis(b), |o, i| 0.02 + ((o * 145 + i) as f64 * 0.618_034).fract().powi(6) * 0.2)
 }
 
+/// Number of kinds of [`made_up`] blocks.
+const KINDS: usize = 4;
+
 /// Blocks of one kind: T front with a Lambertian part, R front, R back.
 fn made_up(kind: usize) -> Blocks {
     let klems = |b| Block::Klems(spiky(b));
     let block = |b| match kind {
         0 => klems(b),
+        3 => klems(KlemsBasis::Full),
         1 => Block::Tree(resample::to_tree(&klems(b), 4, 3, 0.0).unwrap()),
         _ => Block::Tree(resample::to_tree(&klems(b), 3, 4, 0.0).unwrap()),
     };
@@ -55,7 +59,7 @@ fn made_up(kind: usize) -> Blocks {
 
 #[test]
 fn sides_blocks_and_reciprocity_are_as_defined() {
-    for kind in 0..3 {
+    for kind in 0..KINDS {
         let blocks = made_up(kind);
         let scattering = Scattering::of_blocks(&blocks).unwrap();
         let mut random = Random(kind as u64);
@@ -149,7 +153,7 @@ fn faults_of_trees_in_files_name_their_line() {
 
 #[test]
 fn direct_hemispherical_values_are_the_integral_and_sampling_conserves_energy() {
-    for kind in 0..3 {
+    for kind in 0..KINDS {
         let scattering = Scattering::of_blocks(&made_up(kind)).unwrap();
         let mut random = Random(7);
         for round in 0..8 {
@@ -217,7 +221,7 @@ fn chi_square(scattering: &Scattering, incident: DVec3, transmitted: bool, sampl
 #[test]
 fn samples_are_distributed_as_the_function() {
     let mut random = Random(11);
-    for kind in 0..3 {
+    for kind in 0..KINDS {
         let scattering = Scattering::of_blocks(&made_up(kind)).unwrap();
         for (incident, transmitted) in [
             (DVec3::new(0.3, -0.5, 0.81).normalize(), true),
@@ -334,13 +338,15 @@ fn values_agree_with_radiances_library_on_ten_thousand_pairs_per_file() {
     let mut files: Vec<std::path::PathBuf> =
         ["blinds.xml", "clear.xml", "ven45.xml", "blinds_correct_klems.xml", "blinds_correct_t4.xml"].map(|n| folder.join(n)).to_vec();
     let made = tempfile::tempdir().unwrap();
-    // Isotropic trees, whole and with one transmission missing on either side; a reversed rank 4.
+    // Bases of the other sizes; isotropic trees, whole and with one transmission missing on either side; a reversed rank 4.
     for (name, source, rank, missing) in [
         ("clear3", "clear.xml", 3, None),
         ("ven3", "ven45.xml", 3, Some(Component::TransmissionBack)),
         ("ven3b", "ven45.xml", 3, Some(Component::TransmissionFront)),
         ("ven4", "ven45.xml", 4, Some(Component::TransmissionFront)),
         ("ven_klems", "ven45.xml", 0, Some(Component::TransmissionBack)),
+        ("ven_half", "ven45.xml", 1, None),
+        ("ven_quarter", "ven45.xml", 2, Some(Component::TransmissionFront)),
     ] {
         let mut bsdf = read(&folder.join(source), &mut Warnings::new()).unwrap();
         bsdf.solar = Blocks::default();
@@ -349,7 +355,12 @@ fn values_agree_with_radiances_library_on_ten_thousand_pairs_per_file() {
             if missing == Some(component) {
                 *slot = None;
             } else if let (Some(block), true) = (slot.as_ref(), rank > 0) {
-                *slot = Some(Block::Tree(resample::to_tree(block, rank, 4, 0.0).unwrap()));
+                let coarse = |b: KlemsBasis| Block::Klems(resample::to_klems(block, &basis(b), &basis(b)));
+                *slot = Some(match rank {
+                    1 => coarse(KlemsBasis::Half),
+                    2 => coarse(KlemsBasis::Quarter),
+                    _ => Block::Tree(resample::to_tree(block, rank, 4, 0.0).unwrap()),
+                });
             }
         }
         let path = made.path().join(format!("{name}.xml"));

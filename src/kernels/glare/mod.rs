@@ -43,17 +43,22 @@ pub fn registered() -> Vec<Registered> {
 
 /// Light that is added to the pictures of some hours, such as that of the sun itself.
 pub trait Additions: Sync {
-    /// Appends the pixels with additional light in the `hour`-th column of the coefficients:
-    /// number of the pixel, ascending, and luminance from 0, cd/m².
+    /// Appends the pixels with additional light in the `hour`-th column of the coefficients, ascending.
     ///
     /// # Errors
     /// Whatever prevents it.
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<(u32, f32)>) -> Result<()>;
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<()>;
+}
 
-    /// Variance of the vertical illuminance that this light makes, lx²; 0 if it is not known.
-    fn illuminance_variance(&self, _hour: usize) -> f64 {
-        0.0
-    }
+/// Additional light in a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AddedLight {
+    /// Number of the pixel.
+    pub pixel: u32,
+    /// Luminance from 0, cd/m².
+    pub luminance: f32,
+    /// Standard error of it, independent of other pixels' and of everything else's; 0 if not known.
+    pub error: f32,
 }
 
 /// Hours that are computed together.

@@ -5,14 +5,16 @@
 //! over blocks of the view). So everything that is correlated (one noisy entry of D lights Ev and
 //! all sources; the light paths of V are shared by all pixels) stays correlated.
 
+use super::AddedLight;
 use super::blocks::Blocks;
 use super::stack::Stack;
-use super::year::Year;
+use super::year::{Light, Year};
 use crate::error::{Error, Result};
 use crate::glare::Glare;
-use crate::glare::index::DgpModel;
+use crate::glare::index::{DgpModel, erf};
 use crate::matrix::Matrix;
 use crate::units::ILLUMINANCE_WEIGHTS;
+use std::collections::BTreeMap;
 
 /// Noise of all that is not V.
 pub trait HourNoise: Sync {
@@ -123,30 +125,72 @@ pub(super) struct Slopes {
     by_illuminance: f64,
     /// Block and its part: change of DGP per cd/m² of the block's mean luminance.
     by_block: Vec<(usize, f64)>,
+    /// Pixels of sources: change of DGP per cd/m² of the pixel's luminance.
+    by_pixel: BTreeMap<u32, f64>,
+    /// Variance of DGP because the noise of added light takes pixels over the threshold.
+    crossing: f64,
+}
+
+/// Pixels above the threshold, ascending, and their luminance.
+#[derive(Clone, Copy)]
+pub(super) struct Found<'a> {
+    pub pixels: &'a [u32],
+    pub luminance: &'a [f32],
 }
 
 impl Slopes {
-    pub fn new(glare: &Glare, illuminance: f64, model: &DgpModel, stack: &Stack<'_>) -> Self {
+    pub fn new(glare: &Glare, illuminance: f64, model: &DgpModel, stack: &Stack<'_>, added: &[AddedLight], found: Found<'_>) -> Self {
         let contrast = |s: &crate::glare::Source| model.contrast_of((s.luminance, s.solid_angle, s.position_index));
         let sum: f64 = glare.sources.iter().map(contrast).sum();
         let [by_illuminance, by_contrast] = model.slopes(illuminance, sum);
-        let mut weights = std::collections::BTreeMap::<usize, f64>::new();
+        let mut weights = BTreeMap::<usize, f64>::new();
+        let mut by_pixel = BTreeMap::new();
         let solid_angles = &stack.analyser().geometry().solid_angles;
+        let mut crossing = 0.0;
+        let all = model.dgp(illuminance, sum);
         for source in &glare.sources {
             let by_luminance = by_contrast * model.exponents[0] * contrast(source) / source.luminance;
             for &pixel in &source.pixels {
-                *weights.entry(stack.blocks.of(pixel as usize)).or_default() +=
-                    by_luminance * solid_angles[pixel as usize] / source.solid_angle;
+                let by_pixel_luminance = by_luminance * solid_angles[pixel as usize] / source.solid_angle;
+                *weights.entry(stack.blocks.of(pixel as usize)).or_default() += by_pixel_luminance;
+                by_pixel.insert(pixel, by_pixel_luminance);
+                let error = added.binary_search_by_key(&pixel, |a| a.pixel).map_or(0.0, |at| f64::from(added[at].error));
+                let Ok(at) = found.pixels.binary_search(&pixel) else { continue };
+                let luminance = f64::from(found.luminance[at]);
+                let distance = (luminance - glare.threshold) / error;
+                // Farther away than this, hardly any pixel crosses.
+                const FAR: f64 = 5.0;
+                if !(distance < FAR) {
+                    continue;
+                }
+                let rest = source.solid_angle - solid_angles[pixel as usize];
+                let without = if source.pixels.len() > 1 && rest > 0.0 {
+                    let luminance = (source.luminance * source.solid_angle - luminance * solid_angles[pixel as usize]) / rest;
+                    model.contrast_of((luminance.max(0.0), rest, source.position_index))
+                } else {
+                    0.0
+                };
+                let change = all - model.dgp(illuminance, (sum - contrast(source) + without).max(0.0));
+                let below = normal_tail(distance);
+                // Once for this pixel, once for those that are as far below the threshold.
+                crossing += 2.0 * below * (1.0 - below) * change * change;
             }
         }
-        Self { by_illuminance, by_block: weights.into_iter().collect() }
+        Self { by_illuminance, by_block: weights.into_iter().collect(), by_pixel, crossing }
     }
 
-    /// The variance of DGP in an hour, whose coefficients are `[term]`.
-    pub fn variance(&self, stack: &Stack<'_>, (hour, coefficients): (usize, &[f32]), is_given: bool, request: &Year<'_>) -> f64 {
+    /// The variance of DGP in an hour.
+    pub fn variance(&self, stack: &Stack<'_>, light: &Light<'_>, is_given: bool, request: &Year<'_>) -> f64 {
         let own = if is_given { 0.0 } else { self.by_illuminance };
         let (batches, noise) = (request.batches, request.noise);
-        let mut variance = own * own * request.additions.map_or(0.0, |a| a.illuminance_variance(hour));
+        let Light { hour, coefficients, added } = *light;
+        // A pixel lights the eye and belongs to a source: its two effects go together, pixels do not.
+        let cosines = &stack.analyser().geometry().projected_solid_angles;
+        let by_added = |a: &AddedLight| {
+            let slope = own * cosines[a.pixel as usize] + self.by_pixel.get(&a.pixel).copied().unwrap_or(0.0);
+            (slope * f64::from(a.error)).powi(2)
+        };
+        let mut variance = self.crossing + added.iter().filter(|a| a.error > 0.0).map(by_added).sum::<f64>();
         if let Some(noise) = noise {
             let mut gradient: Vec<f64> = stack.rows.illuminance.iter().map(|r| own * r).collect();
             for &(block, weight) in &self.by_block {
@@ -177,4 +221,9 @@ impl Slopes {
         }
         variance
     }
+}
+
+/// Share of a normal distribution beyond `x` standard deviations.
+fn normal_tail(x: f64) -> f64 {
+    0.5 * (1.0 - erf(x / std::f64::consts::SQRT_2))
 }

@@ -247,9 +247,14 @@ fn bits_do_not_depend_on_passes_memory_or_skipping() {
 struct Sun;
 
 impl Additions for Sun {
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<(u32, f32)>) -> Result<()> {
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<()> {
         if hour.is_multiple_of(3) {
-            pixels.extend((0..6).map(|i| (700 + 53 * i + hour as u32, 1e3 * (hour * 40 + i as usize) as f32)));
+            let light = |i: u32| AddedLight {
+                pixel: 700 + 53 * i + hour as u32,
+                luminance: 1e3 * (hour * 40 + i as usize) as f32,
+                error: 10.0 * (i + 1) as f32,
+            };
+            pixels.extend((0..6).map(light));
         }
         Ok(())
     }
@@ -270,7 +275,7 @@ fn sums_of_several_terms_and_additional_light_are_pictures_too() {
     for (hour, picture) in pictures.iter_mut().enumerate() {
         let mut added = Vec::new();
         Sun.of_hour(hour, &mut added).unwrap();
-        added.iter().for_each(|&(p, l)| picture[p as usize] += f64::from(l));
+        added.iter().for_each(|a| picture[a.pixel as usize] += f64::from(a.luminance));
     }
     for detector in detectors("fused glare of several terms") {
         let rights = [&x, &less];
@@ -281,6 +286,61 @@ fn sums_of_several_terms_and_additional_light_are_pictures_too() {
         }
         let unskipped = Year { skip: false, hours_per_pass: 4, ..request };
         assert!(bits(&run(&*detector, &analyser, &[&v, &smaller], options, &unskipped)) == bits(&found));
+    }
+}
+
+/// Light with independent noise.
+struct Noisy(Vec<AddedLight>);
+
+impl Noisy {
+    /// The same with other noise, normally distributed.
+    fn shaken(&self, random: &mut Random) -> Self {
+        let mut light = self.0.clone();
+        for l in &mut light {
+            let normal: f32 = (0..12).map(|_| random.next()).sum::<f32>() - 6.0;
+            l.luminance = (l.luminance + l.error * normal).max(0.0);
+        }
+        Self(light)
+    }
+}
+
+impl Additions for Noisy {
+    fn of_hour(&self, _hour: usize, pixels: &mut Vec<AddedLight>) -> Result<()> {
+        pixels.extend(&self.0);
+        Ok(())
+    }
+}
+
+#[test]
+fn noise_of_added_light_reaches_dgp_by_the_eye_the_sources_and_the_threshold() {
+    const RUNS: usize = 400;
+    let analyser = analyser(53, 45, Settings::default());
+    let mut v = view_matrix(53, 45, true, 11);
+    v.data_mut().iter_mut().for_each(|v| *v = v.min(0.02));
+    let x = Matrix::from_data(BINS, 1, 3, vec![20.0; BINS * 3]).unwrap();
+    let options = StackOptions { dark_pixels: true, ..StackOptions::default() };
+    let mut random = Random(3);
+    let mut light = |count: u32, low: f32, high: f32, error: f32| {
+        let each = |i: u32| AddedLight { pixel: 300 + i * 1700 / count, luminance: low + (high - low) * random.next(), error };
+        Noisy((0..count).map(each).collect())
+    };
+    for (case, light) in [
+        ("by the eye alone", light(900, 100.0, 400.0, 90.0)),
+        ("bright sources", light(20, 2e4, 6e4, 6e3)),
+        ("over the threshold and back", light(100, 0.0, 4000.0, 250.0)),
+    ] {
+        let years: Vec<HourGlare> = (0..RUNS)
+            .map(|_| {
+                let (shaken, rights) = (light.shaken(&mut random), [&x]);
+                run(&Native, &analyser, &[&v], options, &Year { additions: Some(&shaken), ..Year::new(&rights) }).remove(0)
+            })
+            .collect();
+        let mean = years.iter().map(|h| h.indices.dgp).sum::<f64>() / RUNS as f64;
+        let seen = (years.iter().map(|h| (h.indices.dgp - mean).powi(2)).sum::<f64>() / (RUNS - 1) as f64).sqrt();
+        let predicted = (years.iter().map(|h| h.standard_error.powi(2)).sum::<f64>() / RUNS as f64).sqrt();
+        println!("{case}: predicted {predicted:.3e}, seen {seen:.3e}, {} sources", years[0].sources);
+        // The spread of 400 values is known to 3.5 %; 12 numbers make a normal one only nearly.
+        assert!((predicted / seen - 1.0).abs() < 0.15, "{case}: {predicted} {seen}");
     }
 }
 

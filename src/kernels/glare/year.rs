@@ -1,8 +1,8 @@
 //! All hours of a view, pass by pass.
 
-use super::noise::{Batches, HourNoise, Slopes};
+use super::noise::{Batches, Found, HourNoise, Slopes};
 use super::stack::Stack;
-use super::{Additions, Detector, GlarePixels, Loaded, Pass, coefficients};
+use super::{AddedLight, Additions, Detector, GlarePixels, Loaded, Pass, coefficients};
 use crate::error::{Error, Result};
 use crate::glare::{Glare, Indices, Totals, veil};
 use crate::kernels::product::reference::gamma;
@@ -16,7 +16,7 @@ const DEFAULT_PEAK_LIMIT: f64 = 50_000.0;
 /// Bytes of a glare pixel on its way, copies included.
 const GLARE_PIXEL_BYTES: u64 = 32;
 /// Bytes of a pixel with additional light, copies included.
-const ADDITION_BYTES: u64 = 32;
+const ADDITION_BYTES: u64 = 44;
 /// Most hours in a pass: enough for efficient products.
 const MOST_HOURS: usize = 512;
 /// Hours of which whole pictures are in memory at a time, where the veil needs them.
@@ -136,6 +136,22 @@ struct Work<'a, 's> {
     request: &'a Year<'a>,
 }
 
+/// Where the light of an hour comes from.
+#[derive(Clone, Copy)]
+pub(super) struct Light<'a> {
+    /// Column of the right factors.
+    pub hour: usize,
+    /// `[term]`
+    pub coefficients: &'a [f32],
+    /// What is added.
+    pub added: &'a [AddedLight],
+}
+
+/// Added light as detectors want it.
+fn lit(added: &[AddedLight]) -> Vec<(u32, f32)> {
+    added.iter().map(|a| (a.pixel, a.luminance)).collect()
+}
+
 /// What an hour's picture amounts to without its glare pixels.
 #[derive(Clone, Copy)]
 struct Sums {
@@ -179,10 +195,11 @@ impl Work<'_, '_> {
             coefficients: hours.iter().flat_map(|&h| &all[h * terms..(h + 1) * terms]).copied().collect(),
             thresholds: hours.iter().map(|&h| thresholds[h]).collect(),
             margins: hours.iter().map(|&h| rounding * magnitude(&all[h * terms..(h + 1) * terms])).collect(),
-            additions: hours.iter().map(|&h| additions[h].clone()).collect(),
+            additions: hours.iter().map(|&h| lit(&additions[h])).collect(),
             skip: self.request.skip,
         };
         let parts = if hours.is_empty() { Vec::new() } else { self.detect(&pass)? };
+        let of = |h: usize| Light { hour: first + h, coefficients: &all[h * terms..(h + 1) * terms], added: &additions[h] };
         let place: Vec<Option<usize>> = (0..count).map(|h| hours.binary_search(&h).ok()).collect();
         let judged: Vec<(HourGlare, bool)> = (0..count)
             .into_par_iter()
@@ -191,9 +208,9 @@ impl Work<'_, '_> {
                 let has_peaks = stack.options.veil.is_some() && luminance.iter().any(|&l| f64::from(l) >= self.peak_limit());
                 if has_peaks {
                     // Judged below, from the whole picture.
-                    return (self.hour(first + h, &all[h * terms..(h + 1) * terms], &sums[h], &[], &[]), true);
+                    return (self.hour(of(h), &sums[h], &[], &[]), true);
                 }
-                (self.hour(first + h, &all[h * terms..(h + 1) * terms], &sums[h], &pixels, &luminance), false)
+                (self.hour(of(h), &sums[h], &pixels, &luminance), false)
             })
             .collect();
         let veiled: Vec<usize> = (0..count).filter(|&h| judged[h].1).collect();
@@ -204,7 +221,7 @@ impl Work<'_, '_> {
                 coefficients: hours.iter().flat_map(|&h| &all[h * terms..(h + 1) * terms]).copied().collect(),
                 thresholds: vec![f64::NEG_INFINITY; hours.len()],
                 margins: vec![0.0; hours.len()],
-                additions: hours.iter().map(|&h| additions[h].clone()).collect(),
+                additions: hours.iter().map(|&h| lit(&additions[h])).collect(),
                 skip: false,
             };
             let parts = self.detect(&whole)?;
@@ -212,8 +229,7 @@ impl Work<'_, '_> {
                 .into_par_iter()
                 .map(|at| {
                     let (pixels, luminance) = joined(&parts, at);
-                    let h = hours[at];
-                    self.veiled_hour(first + h, &all[h * terms..(h + 1) * terms], &pixels, &luminance)
+                    self.veiled_hour(of(hours[at]), &pixels, &luminance)
                 })
                 .collect::<Result<_>>()?;
             hours.iter().zip(veiled).for_each(|(&h, glare)| results[h] = glare);
@@ -225,13 +241,13 @@ impl Work<'_, '_> {
         self.stack.analyser().settings().peak_limit.unwrap_or(DEFAULT_PEAK_LIMIT)
     }
 
-    fn added(&self, hour: usize) -> Result<Vec<(u32, f32)>> {
+    fn added(&self, hour: usize) -> Result<Vec<AddedLight>> {
         let mut pixels = Vec::new();
         if let Some(additions) = self.request.additions {
             additions.of_hour(hour, &mut pixels)?;
             let count = self.stack.analyser().geometry().pixel_count();
-            let sound = pixels.is_sorted_by(|a, b| a.0 < b.0)
-                && pixels.iter().all(|&(p, l)| (p as usize) < count && l.is_finite() && l >= 0.0)
+            let sound = pixels.is_sorted_by(|a, b| a.pixel < b.pixel)
+                && pixels.iter().all(|p| (p.pixel as usize) < count && p.luminance.is_finite() && p.luminance >= 0.0)
                 && self.stack.options.dark_pixels;
             if !sound && !pixels.is_empty() {
                 return Err(Error::new(format!("the light added in hour {hour} is not a list of pixels of the view")));
@@ -240,13 +256,13 @@ impl Work<'_, '_> {
         Ok(pixels)
     }
 
-    fn sums(&self, coefficients: &[f32], added: &[(u32, f32)]) -> Result<Sums> {
+    fn sums(&self, coefficients: &[f32], added: &[AddedLight]) -> Result<Sums> {
         let (rows, geometry) = (&self.stack.rows, self.stack.analyser().geometry());
         let times = |row: &[f64]| -> f64 { row.iter().zip(coefficients).map(|(r, &c)| r * f64::from(c)).sum() };
         let (mut illuminance, mut flux, mut task) = (times(&rows.illuminance), times(&rows.flux), times(&rows.task));
         let task_pixels = self.stack.analyser().task_pixels();
         let task_solid_angle: f64 = task_pixels.iter().map(|&p| geometry.solid_angles[p as usize]).sum();
-        for &(pixel, l) in added {
+        for &AddedLight { pixel, luminance: l, .. } in added {
             let p = pixel as usize;
             illuminance += f64::from(l) * geometry.projected_solid_angles[p];
             flux += f64::from(l) * geometry.solid_angles[p];
@@ -269,9 +285,9 @@ impl Work<'_, '_> {
         Ok(Sums { totals, task, threshold })
     }
 
-    fn hour(&self, hour: usize, coefficients: &[f32], sums: &Sums, pixels: &[u32], luminance: &[f32]) -> HourGlare {
+    fn hour(&self, light: Light<'_>, sums: &Sums, pixels: &[u32], luminance: &[f32]) -> HourGlare {
         let analyser = self.stack.analyser();
-        let given = self.request.illuminance.map(|all| all[hour]);
+        let given = self.request.illuminance.map(|all| all[light.hour]);
         let glare = if self.stack.options.veil.is_some() {
             let searched = analyser.searched();
             let wanted = |&(&p, &l): &(&u32, &f32)| searched[p as usize] && f64::from(l) > sums.threshold;
@@ -280,29 +296,31 @@ impl Work<'_, '_> {
         } else {
             analyser.judge(&sums.totals, sums.task, pixels, luminance, given)
         };
-        self.result(hour, coefficients, &glare, given)
+        self.result(light, Found { pixels, luminance }, &glare, given)
     }
 
     /// Peaks spread, from all pixels of the picture.
-    fn veiled_hour(&self, hour: usize, coefficients: &[f32], pixels: &[u32], luminance: &[f32]) -> Result<HourGlare> {
+    fn veiled_hour(&self, light: Light<'_>, pixels: &[u32], luminance: &[f32]) -> Result<HourGlare> {
         let analyser = self.stack.analyser();
         let mut picture = vec![0.0f32; analyser.geometry().pixel_count()];
         pixels.iter().zip(luminance).for_each(|(&p, &l)| picture[p as usize] = l.max(0.0));
         if let Some(width) = self.stack.options.veil {
             veil::spread_peaks(&mut picture, analyser.geometry(), self.peak_limit(), width)?;
         }
-        let given = self.request.illuminance.map(|all| all[hour]);
+        let given = self.request.illuminance.map(|all| all[light.hour]);
         let glare = analyser.analyse(&picture, given)?;
-        Ok(self.result(hour, coefficients, &glare, given))
+        // Spread light is not that of single pixels.
+        Ok(self.result(light, Found { pixels: &[], luminance: &[] }, &glare, given))
     }
 
-    fn result(&self, hour: usize, coefficients: &[f32], glare: &Glare, given: Option<f64>) -> HourGlare {
+    fn result(&self, light: Light<'_>, found: Found<'_>, glare: &Glare, given: Option<f64>) -> HourGlare {
         let ev = given.unwrap_or(glare.vertical_illuminance);
         let mut standard_error = 0.0;
-        if (self.request.batches.is_some() || self.request.noise.is_some()) && ev > 0.0 {
+        let is_noisy = self.request.batches.is_some() || self.request.noise.is_some() || light.added.iter().any(|a| a.error > 0.0);
+        if is_noisy && ev > 0.0 {
             let model = &self.stack.analyser().settings().dgp;
-            let slopes = Slopes::new(glare, ev, model, self.stack);
-            let variance = slopes.variance(self.stack, (hour, coefficients), given.is_some(), self.request);
+            let slopes = Slopes::new(glare, ev, model, self.stack, light.added, found);
+            let variance = slopes.variance(self.stack, &light, given.is_some(), self.request);
             // Where there is hardly any light the slopes are as good as infinite; DGP spans no more than 1.
             standard_error = if variance <= 1.0 { variance.max(0.0).sqrt() } else { 1.0 };
         }

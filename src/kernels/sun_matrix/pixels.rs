@@ -16,7 +16,6 @@ use super::geometry::{Openings, SunOptions, SunTracer};
 use super::pane::{FacadePoint, PaneBsdf, PaneOptions};
 use crate::camera::{PixelSamples, Raster};
 use crate::error::Result;
-use crate::glare::PixelGeometry;
 use crate::gpu::{Buffer, Device, Kernel};
 use crate::gpu_struct;
 use crate::kernels::image_matrix::PixelRay;
@@ -63,9 +62,10 @@ pub type SparsePicture = Vec<(u32, [f32; 3])>;
 pub struct SunPicture {
     /// Radiance per radiance of the disc.
     pub pixels: SparsePicture,
-    /// Standard error of the illuminance that they make at the eye, lx per W/m²sr of the disc; 0 for
-    /// views without directions.
-    pub eye_error: f64,
+    /// Standard error of each pixel's luminance, cd/m² per W/m²sr of the disc, from the spread of the
+    /// batches. Every pixel has surface points, points of the disc and paths of its own, so that
+    /// errors of pixels are independent. Pixels of the disc itself have none.
+    pub errors: Vec<f32>,
 }
 
 /// The scene twice: as it looks, and black but for the shades, for what the sun does in it.
@@ -105,26 +105,29 @@ pub fn compute(
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
 ) -> Result<Vec<SunPicture>> {
-    let mut pictures: Vec<BTreeMap<u32, [f32; 3]>> = vec![BTreeMap::new(); suns.len()];
+    let mut pictures: Vec<Pixels> = vec![BTreeMap::new(); suns.len()];
     if suns.is_empty() {
         return Ok(Vec::new());
     }
-    let mut errors = vec![0.0f64; suns.len()];
-    let mut add = |more: Vec<f64>| errors.iter_mut().zip(more).for_each(|(e, more)| *e = e.hypot(more));
     if !models.shaded.is_empty() {
         let tracer = SunTracer::new(device, models.black, Openings::Shaded(models.shaded), &[], suns, &options.slats)?;
-        add(between_slats(device, models, raster, &tracer, &options.slats, progress, statistics, &mut pictures)?);
+        between_slats(device, models, raster, &tracer, &options.slats, progress, statistics, &mut pictures)?;
         discs::add(device, raster, &tracer, suns, &|_, _| [1.0; 3], statistics, &mut pictures)?;
     }
     if !models.panes.is_empty() {
-        add(panes::add(device, models, raster, suns, &options.panes, progress, statistics, &mut pictures)?);
+        panes::add(device, models, raster, suns, &options.panes, progress, statistics, &mut pictures)?;
     }
-    let whole = |(p, eye_error): (BTreeMap<_, _>, f64)| SunPicture { pixels: p.into_iter().collect(), eye_error };
-    Ok(pictures.into_iter().zip(errors).map(whole).collect())
+    let whole = |p: Pixels| {
+        let errors = p.values().map(|(_, error)| *error).collect();
+        SunPicture { pixels: p.into_iter().map(|(pixel, (value, _))| (pixel, value)).collect(), errors }
+    };
+    Ok(pictures.into_iter().map(whole).collect())
 }
 
-/// Surfaces that suns light between slats. Returns the standard error of each sun's illuminance at the
-/// eye.
+/// Value and error by pixel.
+type Pixels = BTreeMap<u32, ([f32; 3], f32)>;
+
+/// Surfaces that suns light between slats.
 #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
 fn between_slats(
     device: &Device,
@@ -134,11 +137,11 @@ fn between_slats(
     options: &SunOptions,
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
-    pictures: &mut [BTreeMap<u32, [f32; 3]>],
-) -> Result<Vec<f64>> {
+    pictures: &mut [Pixels],
+) -> Result<()> {
     let windows: Vec<Window> = models.shaded.iter().map(|(w, _)| w.clone()).collect();
     let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
-    let mut eye = Eye::new(raster, pictures.len(), options.batches as usize);
+    let batches = options.batches as usize;
     for chunk in tracer.plan(behind.inside.len())?.at_most(MOST_TILE).chunks() {
         progress.update("suns in the picture", chunk.first as f64 / behind.inside.len() as f64);
         if progress.stop_requested() {
@@ -149,13 +152,13 @@ fn between_slats(
         let found = behind.find(tile, models.first_shade, false, statistics)?;
         let sums = tracer.trace(&found.receivers, count, count as u32, statistics)?;
         let n = pictures.len();
-        eye.add(tile, options.batches as usize, pictures, &|sun, batch, i| {
+        add(tile, [batches, batches], pictures, &|sun, batch, i| {
             let cell = &sums[((batch * count + i) * n + sun) * 6..][..6];
             let weight = found.weights[batch * count + i];
             std::array::from_fn(|c| (cell[c] + cell[c + 3]) * weight[c])
         });
     }
-    Ok(eye.errors())
+    Ok(())
 }
 
 /// Finds what is behind pixels.
@@ -238,59 +241,28 @@ impl<'a> Behind<'a> {
     }
 }
 
-/// Illuminance at the eye of each sun and batch, from which its error follows.
-struct Eye {
-    batches: usize,
-    cosines: Vec<f64>,
-    /// `[sun][batch]`.
-    sums: Vec<f64>,
-}
-
-impl Eye {
-    fn new(raster: &Raster, suns: usize, batches: usize) -> Self {
-        // A view without directions (parallel) has no eye.
-        let cosines = PixelGeometry::new(raster).map_or_else(|_| vec![0.0; raster.len()], |g| g.projected_solid_angles);
-        Self { batches, cosines, sums: vec![0.0; suns * batches] }
-    }
-
-    /// Puts the light of a tile into the pictures, the mean over the rays of each pixel: `shown(sun, ray,
-    /// number in the tile)`. Rays belong to the batches in turn.
-    fn add(
-        &mut self,
-        tile: &[usize],
-        rays: usize,
-        pictures: &mut [BTreeMap<u32, [f32; 3]>],
-        shown: &(dyn Fn(usize, usize, usize) -> [f32; 3] + Sync),
-    ) {
-        let (batches, cosines) = (self.batches, &self.cosines);
-        pictures.par_iter_mut().zip(self.sums.par_chunks_mut(batches)).enumerate().for_each(|(sun, (picture, eye))| {
-            for (i, &pixel) in tile.iter().enumerate() {
-                let mut value = [0.0f32; 3];
-                for ray in 0..rays {
-                    let shown = shown(sun, ray, i);
-                    for c in 0..3 {
-                        value[c] += shown[c] / rays as f32;
-                        eye[ray % batches] +=
-                            ILLUMINANCE_WEIGHTS[c] * f64::from(shown[c]) * cosines[pixel] * (batches as f64 / rays as f64);
-                    }
-                }
-                if value.iter().any(|v| *v > 0.0) {
-                    let sum = picture.entry(pixel as u32).or_default();
-                    (0..3).for_each(|c| sum[c] += value[c]);
+/// Puts the light of a tile into the pictures, the mean over the rays of each pixel: `shown(sun, ray,
+/// number in the tile)`. Rays belong to the batches in turn, whose spread is the error.
+fn add(tile: &[usize], [batches, rays]: [usize; 2], pictures: &mut [Pixels], shown: &(dyn Fn(usize, usize, usize) -> [f32; 3] + Sync)) {
+    pictures.par_iter_mut().enumerate().for_each(|(sun, picture)| {
+        let mut luminance = vec![0.0f64; batches];
+        for (i, &pixel) in tile.iter().enumerate() {
+            let mut value = [0.0f32; 3];
+            luminance.fill(0.0);
+            for ray in 0..rays {
+                let shown = shown(sun, ray, i);
+                for c in 0..3 {
+                    value[c] += shown[c] / rays as f32;
+                    luminance[ray % batches] += ILLUMINANCE_WEIGHTS[c] * f64::from(shown[c]) * (batches as f64 / rays as f64);
                 }
             }
-        });
-    }
-
-    /// The light of both together; kept apart until then, so that tiles change no bit of the sums.
-    fn with(mut self, other: &Eye) -> Self {
-        self.sums.iter_mut().zip(&other.sums).for_each(|(a, b)| *a += b);
-        self
-    }
-
-    fn errors(&self) -> Vec<f64> {
-        self.sums.chunks_exact(self.batches.max(1)).map(standard_error_of_mean).collect()
-    }
+            if value.iter().any(|v| *v > 0.0) {
+                let (sum, error) = picture.entry(pixel as u32).or_default();
+                (0..3).for_each(|c| sum[c] += value[c]);
+                *error = error.hypot(standard_error_of_mean(&luminance) as f32);
+            }
+        }
+    });
 }
 
 /// Standard error of the mean of independent values; 0 of less than two.

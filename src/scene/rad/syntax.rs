@@ -244,6 +244,11 @@ pub fn parse(text: &[u8], file: &Path) -> Result<Vec<Statement>> {
 fn statement(words: &mut Words) -> Result<Statement> {
     let line = words.line_of_next();
     let modifier = words.required("a modifier")?;
+    if modifier.starts_with("<?xml") || modifier.starts_with("<WindowElement") {
+        return Err(Error::new("this is an XML file, not a Radiance scene file")
+            .line(line)
+            .help("a BSDF belongs to `bsdf` or `tensor_tree` of a window; surfaces are in .rad or .gltf files"));
+    }
     let kind = words.required(&format!("an object type after the modifier '{modifier}'")).map_err(|e| e.line(line))?;
     let type_line = words.line;
     if kind == "alias" {

@@ -1,14 +1,17 @@
 //! V and D of a run: sampled together, since one stops when the other is good enough, and kept.
 
+use super::pictures::SHARE_OF_VIEW;
 use super::{Run, split};
 use crate::error::Result;
 use crate::kernels::daylight_matrix::{self, DaylightOptions, unobstructed};
 use crate::kernels::trace::TraceStatistics;
 use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::matrix::Matrix;
+use crate::scene::Window;
 use crate::scene::points::Sensor;
 use crate::simulate::estimate::Estimate;
 use crate::simulate::fingerprint::Fingerprint;
+use crate::simulate::glare::eye;
 use crate::simulate::import::{self, Imported};
 use crate::simulate::inputs::Inputs;
 use crate::simulate::presets::{daylight_options, view_options};
@@ -112,10 +115,14 @@ impl Run<'_> {
             }
         }
         let sun = if straight { Some(self.sun_alone()?) } else { None };
+        let eyes = self.eyes(stop, &windows, &statistics)?;
         let judge = |estimates: &[Estimate]| {
-            let (view, daylight) = (&estimates[0], &estimates[1..]);
+            let (view, daylight) = (eyes.as_ref().unwrap_or(&estimates[0]), &estimates[1..]);
             let mut judgement = Chain { inputs, view, daylight, sky, sun: sun.as_ref() }.judge();
-            if straight {
+            if eyes.is_some() {
+                // What the pictures' own noise leaves.
+                judgement.error /= (1.0 - SHARE_OF_VIEW).sqrt();
+            } else if straight {
                 // Room for the suns' own error: 0.8² + 0.6² = 1.
                 judgement.error /= 0.8;
             }
@@ -136,6 +143,19 @@ impl Run<'_> {
             self.keep_daylight(i, d, fingerprints[i + 1], traced[i + 1])?;
         }
         Ok(Sampled { view, daylight, sun })
+    }
+
+    /// V of the views' eyes, taken for exact, where they alone tell how good D must be: in a project
+    /// without sensors. The pictures' view matrices are sampled for themselves, see [`super::pictures`].
+    fn eyes(&self, stop: Stop, windows: &[Window], statistics: &Mutex<TraceStatistics>) -> Result<Option<Estimate>> {
+        let (project, inputs) = (self.project, self.inputs);
+        if !matches!(stop, Stop::Adaptive { .. }) || !inputs.sensors.is_empty() || project.views.is_empty() {
+            return Ok(None);
+        }
+        let sensors = project.views.iter().map(eye).collect::<Result<Vec<_>>>()?;
+        let traced = view_matrix::compute(self.device, &inputs.scene, windows, &sensors, &view_options(project, 0), self.progress)?;
+        statistics.lock().unwrap_or_else(PoisonError::into_inner).add(traced.statistics);
+        Ok(Some(Estimate::exact(traced.total, traced.direct)))
     }
 
     /// Sds: the sun's share of S.

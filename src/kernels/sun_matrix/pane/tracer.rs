@@ -365,7 +365,7 @@ impl<'d> PaneTracer<'d> {
 /// Suns of one invocation of `pane_gather`.
 const GATHERED_SUNS: usize = 4;
 /// Cells of one dispatch of it. Mesa's lavapipe ends all loops of an invocation after 65,535 turns; a cell
-/// takes at most 64 points × (4 suns × 54 steps down a tree of 2⁹ cells + 10 rings) = 14,500.
+/// takes at most 65 points × (4 suns × 54 steps down a tree of 2⁹ cells + 10 rings) = 14,700.
 const GATHERED_CELLS: u32 = 4;
 /// Most rows of a tile: dispatches have no more than 65535 workgroups along an axis.
 const MOST_ROWS: usize = 1 << 14;

@@ -4,6 +4,7 @@
 
 use super::super::Sun;
 use super::super::geometry::{Gate, SunTracer};
+use super::Pixels;
 use crate::camera::Raster;
 use crate::error::Result;
 use crate::glare::PixelGeometry;
@@ -11,7 +12,6 @@ use crate::gpu::{Device, Kernel};
 use crate::gpu_struct;
 use crate::kernels::trace::TraceStatistics;
 use glam::DVec3;
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 gpu_struct! {
@@ -55,7 +55,7 @@ pub(super) fn add(
     suns: &[Sun],
     filter: &dyn Fn(DVec3, DVec3) -> [f64; 3],
     statistics: &mut TraceStatistics,
-    pictures: &mut [BTreeMap<u32, [f32; 3]>],
+    pictures: &mut [Pixels],
 ) -> Result<()> {
     let solid_angles = raster.solid_angles();
     let projected = PixelGeometry::new(raster).map(|g| g.projected_solid_angles).unwrap_or_default();
@@ -93,7 +93,7 @@ pub(super) fn add(
         let passed = transmitted(device, tracer, rays, statistics)?;
         for ((sun, pixel, share), passed) in places.iter().zip(passed) {
             if passed[0] + passed[1] + passed[2] > 0.0 {
-                let value = pictures[*sun].entry(*pixel).or_default();
+                let (value, _) = pictures[*sun].entry(*pixel).or_default();
                 for c in 0..3 {
                     value[c] += passed[c] * share[c];
                 }

@@ -4,7 +4,7 @@
 use super::super::Sun;
 use super::super::geometry::{Openings, SunTracer};
 use super::super::pane::tracer::{PaneTracer, Tile};
-use super::{Behind, Eye, MOST_TILE, Models, discs};
+use super::{Behind, MOST_TILE, Models, Pixels, discs};
 use crate::camera::Raster;
 use crate::error::Result;
 use crate::gpu::Device;
@@ -14,12 +14,11 @@ use crate::kernels::trace::TraceStatistics;
 use crate::progress::{Progress, cancelled};
 use crate::scene::Window;
 use glam::DVec3;
-use std::collections::BTreeMap;
 
 /// Rays of a pixel per batch that find which share of it panes fill.
 pub(super) const OUTLINE: usize = 4;
 
-/// Adds them to the pictures. Returns the standard error of each sun's illuminance at the eye.
+/// Adds them to the pictures.
 #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
 pub(super) fn add(
     device: &Device,
@@ -29,14 +28,13 @@ pub(super) fn add(
     options: &PaneOptions,
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
-    pictures: &mut [BTreeMap<u32, [f32; 3]>],
-) -> Result<Vec<f64>> {
+    pictures: &mut [Pixels],
+) -> Result<()> {
     let windows: Vec<Window> = models.panes.iter().map(|(w, _)| w.clone()).collect();
     let tracer = PaneTracer::new(device, models.black, models.panes, suns, options)?;
     let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
     let batches = options.batches as usize;
     let outline = Behind::new(device, models.lit, &windows, raster, [options.batches * OUTLINE as u32, options.seed])?;
-    let [mut of_surfaces, mut of_panes] = [0, 1].map(|_| Eye::new(raster, suns.len(), batches));
     // Number of a sun among those that reach a pane.
     let mut active = vec![None; suns.len()];
     tracer.active().iter().enumerate().for_each(|(number, &sun)| active[sun] = Some(number));
@@ -61,13 +59,13 @@ pub(super) fn add(
             let at_panes = tracer.suns_at_panes(part.first, part.count, statistics)?;
             let [scattered, clear] = tracer.gather(&at_panes, &own(&surfaces.receivers), progress, statistics)?;
             let of = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(0.0);
-            of_surfaces.add(tile, batches, pictures, &|sun, ray, i| {
+            super::add(tile, [batches, batches], pictures, &|sun, ray, i| {
                 let weight = surfaces.weights[ray * count + i];
                 let Some(cell) = cell(sun, ray, i).filter(|_| weight[3] == 0.0) else { return [0.0; 3] };
                 std::array::from_fn(|c| weight[c] * (of(&scattered, cell + c) + of(&clear, cell + c)))
             });
             let radiance = tracer.facade(&at_panes, &own(&pane.facade), batches * OUTLINE, statistics)?;
-            of_panes.add(tile, batches * OUTLINE, pictures, &|sun, ray, i| {
+            super::add(tile, [batches, batches * OUTLINE], pictures, &|sun, ray, i| {
                 let weight = pane.weights[ray * count + i];
                 let Some(cell) = cell(sun, ray, i).filter(|_| weight[3] == 1.0) else { return [0.0; 3] };
                 std::array::from_fn(|c| weight[c] * of(&radiance, cell + c))
@@ -80,7 +78,7 @@ pub(super) fn add(
     let straight = SunTracer::new(device, models.black, Openings::Shaded(&openings), &[], suns, &plain)?;
     let filter = |origin, direction| clear_through(models.panes, origin, direction);
     discs::add(device, raster, &straight, suns, &filter, statistics, pictures)?;
-    Ok(of_surfaces.with(&of_panes).errors())
+    Ok(())
 }
 
 /// Transmittance of the clear view along a ray from inside through the first pane that it meets; 0
