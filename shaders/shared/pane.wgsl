@@ -17,9 +17,11 @@ struct PaneParams {
     // Cells of each batch that one dispatch gathers.
     first_cell: u32,
     end_cell: u32,
+    // Receivers from one batch to the next; 0 if all batches share them.
+    batch_stride: u32,
+    // Size of a part of a cell seen from the receiver, radians.
+    part_angle: f32,
     padding0: u32,
-    padding1: u32,
-    padding2: u32,
 }
 
 // A pane: its frame, and where its data begin.
@@ -69,6 +71,16 @@ struct PaneCell {
     padding1: u32,
 }
 
+// A point of the façade that an eye sees.
+struct FacadePoint {
+    position: vec3<f32>,
+    // NO_PANE if there is none.
+    pane: u32,
+    // Towards the eye, unit length.
+    outgoing: vec3<f32>,
+    number: u32,
+}
+
 // A sun as a cell sees it.
 struct PaneEnd {
     // What evaluation needs to know of the incident direction.
@@ -81,6 +93,7 @@ struct PaneEnd {
 }
 
 const NO_SCATTERING: u32 = 0xffffffffu;
+const NO_PANE: u32 = 0xffffffffu;
 
 // In the pane's frame.
 fn pane_local(pane: Pane, direction: vec3<f32>) -> vec3<f32> {

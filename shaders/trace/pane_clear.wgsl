@@ -8,6 +8,7 @@ import package::shared::pane::{PaneParams, Pane, PaneSunRecord, disc_direction, 
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;
+// [receiver], or [batch][receiver]
 @group(0) @binding(8) var<storage, read> receivers: array<Receiver>;
 // [sun][pane]
 @group(0) @binding(9) var<storage, read> suns: array<PaneSunRecord>;
@@ -58,7 +59,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= params.receivers || id.y >= params.suns {
         return;
     }
-    let receiver = receivers[id.x];
+    let receiver = receivers[id.z * params.batch_stride + id.x];
     let sun = suns[id.y * params.panes];
     var sum = vec3<f32>(0.0);
     for (var i = 0u; i < params.disc_samples; i++) {

@@ -3,23 +3,17 @@
 import package::shared::bvh::{FAR_AWAY};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
-import package::shared::pane::{PaneParams, Pane, PaneSunRecord, NO_SCATTERING, pane_local, disc_direction, pane_random, off_pane};
+import package::shared::pane::{
+    PaneParams, Pane, PaneSunRecord, FacadePoint, NO_SCATTERING, NO_PANE, pane_local, disc_direction, pane_random, off_pane
+};
 import package::bsdf::scattering::{incident_key, outgoing_key, bsdf_of_keys, bsdf_lobe, TRANSMISSION_FRONT};
-
-struct FacadePoint {
-    position: vec3<f32>,
-    pane: u32,
-    // Towards the eye, unit length.
-    outgoing: vec3<f32>,
-    number: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;
 @group(0) @binding(8) var<storage, read> points: array<FacadePoint>;
 // [sun][pane]
 @group(0) @binding(9) var<storage, read> suns: array<PaneSunRecord>;
-// [batch][sun][point][rgb]
+// [batch][sun][point][rgb]; points are [batch][point] where each batch has its own.
 @group(0) @binding(12) var<storage, read_write> sums: array<f32>;
 
 @compute @workgroup_size(64)
@@ -27,7 +21,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= params.receivers || id.y >= params.suns {
         return;
     }
-    let point = points[id.x];
+    let cell = ((id.z * params.suns + id.y) * params.receivers + id.x) * 3u;
+    let point = points[id.z * params.batch_stride + id.x];
+    if point.pane == NO_PANE {
+        sums[cell] = 0.0;
+        sums[cell + 1u] = 0.0;
+        sums[cell + 2u] = 0.0;
+        count_finished(true);
+        return;
+    }
     let pane = panes[point.pane];
     let sun = suns[id.y * params.panes + point.pane];
     let outgoing = pane_local(pane, point.outgoing);
@@ -49,7 +51,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     let value = sum * pane.tint * (sun.scale * sun.solid_angle / f32(params.disc_samples));
-    let cell = ((id.z * params.suns + id.y) * params.receivers + id.x) * 3u;
     sums[cell] = value.x;
     sums[cell + 1u] = value.y;
     sums[cell + 2u] = value.z;

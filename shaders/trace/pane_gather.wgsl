@@ -25,10 +25,10 @@ import package::bsdf::scattering::{bsdf_of_keys, bsdf_lobe, outgoing_key, TRANSM
 @group(0) @binding(11) var<storage, read> sun_ends: array<PaneEnd>;
 // [batch][sun][receiver][rgb]
 @group(0) @binding(12) var<storage, read_write> sums: array<f32>;
+// [receiver], or [batch][receiver]
 @group(0) @binding(13) var<storage, read> receivers: array<Receiver>;
 
-// Size of a part of a cell seen from the receiver, radians, and most parts along an edge.
-const PART_ANGLE: f32 = 0.05;
+// Most parts of a cell along an edge.
 const MOST_PARTS: f32 = 8.0;
 
 // A random point of part `index` of `side`² equal triangles.
@@ -138,7 +138,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= params.receivers || sun >= params.suns {
         return;
     }
-    let receiver = receivers[id.x];
+    let receiver = receivers[id.z * params.batch_stride + id.x];
     var a = vec3<f32>(0.0);
     var b = vec3<f32>(0.0);
     var c = vec3<f32>(0.0);
@@ -155,14 +155,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let pane = panes[cell.pane];
             let lobe = bsdf_lobe(pane.words, TRANSMISSION_FRONT);
             let away = length(cell.corner + (cell.edge1 + cell.edge2) / 3.0 - receiver.position);
-            let side = u32(clamp(ceil(sqrt(2.0 * cell.area) / (PART_ANGLE * max(away, 1e-9))), 1.0, MOST_PARTS));
+            let side = u32(clamp(ceil(sqrt(2.0 * cell.area) / (params.part_angle * max(away, 1e-9))), 1.0, MOST_PARTS));
             let here = cell.area * carried(cell.position, receiver, pane, lobe, light_a, light_b, light_c, light_d);
             a += light_a.strength * here.x;
             b += light_b.strength * here.y;
             c += light_c.strength * here.z;
             d += light_d.strength * here.w;
             if side > 1u {
-                let seed = hash_combine(params.seed, index);
+                // Neighbours in a picture take other points, so that their errors even out.
+                let shared_seed = hash_combine(params.seed, index);
+                let seed = select(shared_seed, hash_combine(shared_seed, receiver.number), params.batch_stride > 0u);
                 var sum = vec4<f32>(0.0);
                 for (var part = 0u; part < side * side; part++) {
                     let place = part_point(part, side, seed);

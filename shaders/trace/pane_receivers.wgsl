@@ -8,6 +8,7 @@ import package::shared::pane::{PaneParams, Pane, PaneCell, NO_SCATTERING};
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;
 @group(0) @binding(8) var<storage, read> cells: array<PaneCell>;
+// [receiver], or [batch][receiver]
 @group(0) @binding(9) var<storage, read> receivers: array<Receiver>;
 // [batch][cell][receiver], with the pane's tint.
 @group(0) @binding(10) var<storage, read_write> passed: array<vec4<f32>>;
@@ -17,7 +18,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= params.receivers || id.y >= params.cells * params.batches {
         return;
     }
-    let receiver = receivers[id.x];
+    let receiver = receivers[id.y / params.cells * params.batch_stride + id.x];
     let cell = cells[id.y];
     let pane = panes[cell.pane];
     let to_cell = cell.position - receiver.position;

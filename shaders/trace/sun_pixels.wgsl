@@ -1,5 +1,6 @@
-// Sun picture, first step: the surface behind each pixel that suns light. Surfaces of the room, and
-// the slats of shades; what stands outside belongs to other phases.
+// Sun picture, first step: the surface behind each pixel that suns light, or the point of a pane of
+// scattering data that it shows. Surfaces of the room, and the slats of shades; what stands outside
+// belongs to other phases.
 
 import package::shared::pixel::{PixelRay};
 import package::shared::receiver::{Receiver};
@@ -8,6 +9,7 @@ import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, trian
 import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER};
 import package::shared::window::{windows, window_triangles};
 import package::shared::sun::{leaves_through_window};
+import package::shared::pane::{FacadePoint, NO_PANE};
 import package::shared::counters::{count_finished};
 
 struct SunPixelParams {
@@ -17,9 +19,10 @@ struct SunPixelParams {
     window_count: u32,
     // Materials from here on are those of shades.
     first_shade: u32,
+    // Whether the windows are panes, where a ray ends.
+    panes: u32,
     padding0: u32,
     padding1: u32,
-    padding2: u32,
 }
 
 const MOST_SPECULAR: u32 = 32u;
@@ -29,8 +32,44 @@ const MOST_SPECULAR: u32 = 32u;
 @group(0) @binding(7) var<storage, read> rays: array<PixelRay>;
 // [batch][pixel]
 @group(0) @binding(8) var<storage, read_write> receivers: array<Receiver>;
-// Radiance of a receiver per irradiance, rgb: [batch][pixel].
+// Radiance of a receiver per irradiance, rgb: [batch][pixel]. Where the pixel shows a pane (w is 1),
+// the share of the pane's radiance that it shows.
 @group(0) @binding(9) var<storage, read_write> receiver_weights: array<vec4<f32>>;
+// [batch][pixel]
+@group(0) @binding(10) var<storage, read_write> facade: array<FacadePoint>;
+
+// A window that a ray leaves through.
+struct Crossing {
+    window: u32,
+    distance: f32,
+}
+
+// The nearest window that a ray leaves through before a distance.
+fn crossed_window(origin: vec3<f32>, direction: vec3<f32>, most: f32) -> Crossing {
+    var found = Crossing(NO_PANE, most);
+    for (var w = 0u; w < params.window_count; w++) {
+        let window = windows[w];
+        let slope = dot(direction, window.z);
+        if slope >= 0.0 {
+            continue;
+        }
+        for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
+            let a = window_triangles[t * 3u].xyz - origin;
+            let b = window_triangles[t * 3u + 1u].xyz - origin;
+            let c = window_triangles[t * 3u + 2u].xyz - origin;
+            // Volumes on the three sides of the ray (Plücker); all of one sign inside.
+            let u = dot(direction, cross(b, c));
+            let v = dot(direction, cross(c, a));
+            let s = dot(direction, cross(a, b));
+            let inside = (u >= 0.0 && v >= 0.0 && s >= 0.0) || (u <= 0.0 && v <= 0.0 && s <= 0.0);
+            let distance = dot(a, window.z) / slope;
+            if inside && distance > 0.0 && distance < found.distance {
+                found = Crossing(w, distance);
+            }
+        }
+    }
+    return found;
+}
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -44,7 +83,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let seed = hash_combine(params.seed, ray.number);
     // A receiver that no sun reaches, for rays that meet none.
     var receiver = Receiver(vec3<f32>(0.0, 0.0, 1e6), ray.number, vec3<f32>(0.0, 0.0, -1.0), 0u);
-    var receiver_weight = vec3<f32>(0.0);
+    var receiver_weight = vec4<f32>(0.0);
+    var point = FacadePoint(vec3<f32>(0.0), NO_PANE, vec3<f32>(0.0, 0.0, 1.0), ray.number);
     var weight = vec3<f32>(1.0);
     var origin = ray.origin;
     var direction = ray.direction;
@@ -52,7 +92,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var outside = false;
     for (var segment = 0u; segment < MOST_SPECULAR; segment++) {
         let hit = closest_hit(origin, direction, farthest);
-        if !(farthest > 0.0) || hit.triangle == NO_TRIANGLE {
+        if !(farthest > 0.0) {
+            break;
+        }
+        if params.panes == 1u {
+            let pane = crossed_window(origin, direction, select(hit.distance, farthest, hit.triangle == NO_TRIANGLE));
+            if pane.window != NO_PANE {
+                point = FacadePoint(origin + direction * pane.distance, pane.window, -direction, ray.number);
+                receiver_weight = vec4<f32>(weight, 1.0);
+                break;
+            }
+        }
+        if hit.triangle == NO_TRIANGLE {
             break;
         }
         farthest = FAR_AWAY;
@@ -82,12 +133,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             if shade || !outside {
                 // Around slats light comes from everywhere, not through the window's polygon.
                 receiver = Receiver(origin, ray.number, side, u32(shade));
-                receiver_weight = weight * 0.3183098861837907;
+                receiver_weight = vec4<f32>(weight * 0.3183098861837907, 0.0);
             }
             break;
         }
     }
     receivers[cell] = receiver;
-    receiver_weights[cell] = vec4<f32>(receiver_weight, 0.0);
+    receiver_weights[cell] = receiver_weight;
+    facade[cell] = point;
     count_finished(true);
 }

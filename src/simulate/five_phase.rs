@@ -71,6 +71,11 @@ pub fn shaded_windows(inputs: &Inputs) -> Vec<(Window, Vec<DVec3>)> {
     inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.shade.as_ref()?.corners()))).collect()
 }
 
+/// Windows whose sun is traced through scattering data.
+pub fn pane_windows(inputs: &Inputs) -> Vec<(Window, PaneBsdf)> {
+    inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.pane.clone()?))).collect()
+}
+
 /// Windows through which suns are traced, by their shade or their scattering data.
 pub fn sunny_windows(inputs: &Inputs) -> impl Iterator<Item = &Window> {
     inputs.windows.iter().filter(|w| is_sunny(w)).map(|w| &w.window)
@@ -107,9 +112,7 @@ impl<'a> Phase<'a> {
         let suns = sun_set(project, inputs)?;
         shade::warn_of_mirrors(shades(inputs), !project.views.is_empty(), warnings);
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
-        if traced {
-            self.write_suns(&suns)?;
-        }
+        self.write_suns(&suns)?;
         let statistics = traced.then_some(matrix.statistics);
         let skies = (suns.census.hours > 0 || suns.census.hours_below_horizon > 0).then(|| self.skies()).transpose()?;
         let transmissions: Vec<&Matrix<f64>> = inputs.windows.iter().map(|w| &w.transmission).collect();
@@ -137,20 +140,17 @@ impl<'a> Phase<'a> {
     pub fn sun_matrix(&self, mut fingerprint: Fingerprint, groups: &[SensorGroup], suns: &SunSet) -> Result<(SunMatrix, bool)> {
         let (project, inputs) = (self.project, self.inputs);
         let shaded = shaded_windows(inputs);
-        let panes: Vec<(Window, PaneBsdf)> = inputs.windows.iter().filter_map(|w| Some((w.window.clone(), w.pane.clone()?))).collect();
+        let panes = pane_windows(inputs);
         let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
         let options = sun_options(project);
         fingerprint.add(&sensors).add(&options).add(&suns.suns);
         for (window, corners) in &shaded {
             fingerprint.add(&(&window.triangles, &window.frame)).add(corners);
         }
-        // One section may make several windows.
         for (window, _) in &panes {
             fingerprint.add(&(&window.triangles, &window.frame)).add(&pane_options(project));
         }
-        for file in project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
-            fingerprint.add(&crate::files::read(file)?);
-        }
+        add_scattering_data(project, &mut fingerprint)?;
         for shade in shades(inputs) {
             fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
         }
@@ -230,14 +230,20 @@ impl<'a> Phase<'a> {
     }
 }
 
+/// Adds the files of scattering data that suns are traced through.
+///
+/// # Errors
+/// A file that cannot be read any more.
+pub fn add_scattering_data(project: &Project, fingerprint: &mut Fingerprint) -> Result<()> {
+    for file in project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
+        fingerprint.add(&crate::files::read(file)?);
+    }
+    Ok(())
+}
+
 /// Whether a window's sun is traced.
 pub fn is_sunny(window: &ProjectWindow) -> bool {
     window.shade.is_some() || window.pane.is_some()
-}
-
-/// Whether a window's sun is traced for pictures, which show suns through shades only.
-pub fn is_shaded(window: &ProjectWindow) -> bool {
-    window.shade.is_some()
 }
 
 /// T·Dd of the windows that count, zeros for all others; rows as V's columns.

@@ -13,13 +13,14 @@
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
 use super::fingerprint::Fingerprint;
-use super::five_phase::{FivePhase, Phase, is_shaded, is_sunny, transmitted_where, without_sun_patches};
+use super::five_phase::{FivePhase, Phase, is_sunny, transmitted_where, without_sun_patches};
 use super::glare_eyes::{Eye, Eyes, ImagelessSources, frame_of};
 use super::glare_noise::{MatrixNoise, SunNoise};
 use super::glare_output::{self, Hour, ViewYear};
 use super::glare_section::{GlareMethod, GlareSection};
 use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::multiply::{Factor, lit_columns, product, select_columns};
+use super::picture_sets::GivenPictures;
 use super::pictures::PictureView;
 use super::presets::{image_options, rounds, view_options};
 use super::project::Project;
@@ -246,7 +247,7 @@ impl GlareJob<'_> {
                     let sun = five.terms.sun_at_windows(multiplier, &together(self.daylight_direct, counts)?, &lit.hours)?;
                     Ok(sun.map(|sun| without_sun_patches(&coefficients, &sun)))
                 };
-                let for_pictures = split(method.has_pictures(), &is_shaded)?;
+                let for_pictures = split(method.has_pictures(), &is_sunny)?;
                 let for_eyes = split(method != GlareMethod::Image, &is_sunny)?;
                 let imageless = method == GlareMethod::Imageless;
                 let direct = if imageless { together(self.daylight_direct, &|_| true)? } else { Matrix::zeros(0, 0, 3) };
@@ -297,7 +298,11 @@ impl GlareJob<'_> {
 
     /// The view as a picture of the windows alone.
     fn windows_only(&self, view: &ViewSection) -> WindowsOnly<'_> {
-        WindowsOnly { job: self, view: ViewSection { name: windows_only_name(view), ..view.clone() }, windows: self.windows() }
+        WindowsOnly {
+            job: self,
+            view: ViewSection { name: windows_only_name(view), given: GivenPictures::default(), ..view.clone() },
+            windows: self.windows(),
+        }
     }
 
     fn windows_only_options(&self) -> ImageOptions {

@@ -1,6 +1,6 @@
 //! Noise of the daylight matrices, and of the eyes' view matrix, in the glare of an hour.
 
-use super::five_phase::{is_shaded, is_sunny};
+use super::five_phase::is_sunny;
 use super::glare_eyes::Eye;
 use super::inputs::Inputs;
 use crate::kernels::glare::HourNoise;
@@ -34,8 +34,8 @@ pub struct SunNoise<'m> {
 struct WindowNoise<'m> {
     transmission: &'m Matrix<f64>,
     error: &'m Matrix<f32>,
-    /// Whether its sun is traced for pictures, and for the eye.
-    traced: [bool; 2],
+    /// Whether its sun is traced.
+    is_traced: bool,
     /// Squares of the standard errors, if all channels have the same and T is grey: then one sum does.
     grey_squares: Option<Vec<f32>>,
 }
@@ -61,7 +61,7 @@ impl<'m> MatrixNoise<'m> {
             .map(|((&transmission, error), window)| WindowNoise {
                 transmission,
                 error,
-                traced: [is_shaded(window), is_sunny(window)],
+                is_traced: is_sunny(window),
                 grey_squares: (grey(error) && grey_f64(transmission))
                     .then(|| error.data().as_chunks::<3>().0.iter().map(|e| e[0] * e[0]).collect()),
             })
@@ -105,11 +105,10 @@ impl HourNoise for MatrixNoise<'_> {
             let outside = window.outside(&all[range.clone()]);
             let mut of_window = window.variance(&outside, &sky);
             if let Some(suns) = self.suns
-                && window.traced[1]
+                && window.is_traced
             {
-                let [pictures, eye] = window.traced.map(f64::from);
                 let parts = straight[range.clone()].iter().zip(&by_eye[range]);
-                let straight: Vec<f64> = parts.map(|(s, e)| pictures * s + eye * e).collect();
+                let straight: Vec<f64> = parts.map(|(s, e)| s + e).collect();
                 let daylight = [&suns.daylight[number], &suns.daylight_direct[number]];
                 of_window -= window.without_sun(&outside, &window.outside(&straight), &sky, &column(suns.patches), daylight);
             }

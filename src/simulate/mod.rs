@@ -14,6 +14,7 @@ pub mod import;
 pub mod inputs;
 pub mod method;
 pub mod multiply;
+pub mod picture_sets;
 pub mod pictures;
 pub mod plan;
 mod presets;

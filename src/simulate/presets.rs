@@ -6,6 +6,7 @@ use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::sun_matrix::geometry::SunOptions;
 use crate::kernels::sun_matrix::pane::PaneOptions;
+use crate::kernels::sun_matrix::pixels::PixelOptions;
 use crate::kernels::view_matrix::ViewOptions;
 
 /// How often a matrix that is not sampled adaptively is traced anew, with other random numbers, and
@@ -97,23 +98,29 @@ pub fn pane_options(project: &Project) -> PaneOptions {
 }
 
 /// Sampling of suns in pictures: every pixel has a surface point per batch.
-pub fn sun_picture_options(project: &Project) -> SunOptions {
-    let (batches, paths) = match project.quality.preset {
-        Preset::Draft => (2, 2),
-        Preset::Standard => (4, 4),
-        Preset::Final => (8, 8),
+pub fn sun_picture_options(project: &Project) -> PixelOptions {
+    let (batches, paths, cells) = match project.quality.preset {
+        Preset::Draft => (2, 2, 16),
+        Preset::Standard => (4, 4, 32),
+        Preset::Final => (8, 8, 128),
     };
-    SunOptions { batches, disc_samples: 4, paths, path_sets: 1, seed: seed(project, 0, 0), ..SunOptions::default() }
+    let seed = seed(project, 0, 0);
+    PixelOptions {
+        slats: SunOptions { batches, disc_samples: 4, paths, path_sets: 1, seed, ..SunOptions::default() },
+        // Neighbouring pixels even out what a pixel lacks.
+        panes: PaneOptions { batches, disc_samples: 4, cells, part_angle: 0.2, seed, ..PaneOptions::default() },
+    }
 }
 
 /// Sampling of the sun matrix of sensors. A single computation, whatever the preset: it costs little
-/// beside V and D.
+/// beside V and D. A disc half hidden by slats makes most of an eye's light: 64 points leave 2…6 % of
+/// it uncertain, 512 less than 1 %.
 pub fn sun_options(project: &Project) -> SunOptions {
     let standard = SunOptions::default();
     let (disc_samples, paths) = match project.quality.preset {
-        Preset::Draft => (standard.disc_samples / 2, standard.paths / 2),
-        Preset::Standard => (standard.disc_samples, standard.paths * 8),
-        Preset::Final => (standard.disc_samples * 4, standard.paths * 32),
+        Preset::Draft => (standard.disc_samples, standard.paths / 2),
+        Preset::Standard => (standard.disc_samples * 8, standard.paths * 8),
+        Preset::Final => (standard.disc_samples * 32, standard.paths * 32),
     };
     let scaled = |n: u32| ((f64::from(n) * sun_scale(project)) as u32).max(1);
     SunOptions { disc_samples: scaled(disc_samples), paths: scaled(paths), seed: seed(project, 0, 0), ..standard }

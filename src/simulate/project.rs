@@ -166,6 +166,7 @@ impl Project {
         if sensors.is_empty() && views.is_empty() {
             return Err(top.missing_section("sensors", "add [[sensors]] with name and points, or [[view]] with name and file"));
         }
+        views.iter().try_for_each(|v| v.given.check(&top, &v.name, method.choice(&windows).phases))?;
         if images.hours != ImageHours::None && views.is_empty() {
             return Err(top.missing_section("view", "[images] needs at least one [[view]] with name and file"));
         }

@@ -4,17 +4,15 @@ use super::annual;
 use super::estimate::Estimate;
 use super::fingerprint::Fingerprint;
 use super::five_phase::{FivePhase, Phase};
-use super::glare::{FiveGlare, GlareJob, GlareSummary};
+use super::glare::GlareSummary;
 use super::inputs::{Inputs, SensorGroup};
 use super::method::Choice;
 use super::project::Project;
 use super::results::{self, Content};
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
-use super::sun_pictures::{SunPictureJob, SunPictures};
-use super::suns::{SunCensus, SunSet};
+use super::suns::SunCensus;
 use super::uncertainty::EstimatedError;
-use super::views::ViewSection;
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::product;
@@ -206,12 +204,6 @@ impl<'a> Run<'a> {
         if self.choice.phases != 5 {
             return Ok(None);
         }
-        if !self.project.views.is_empty() && self.inputs.windows.iter().any(|w| w.pane.is_some()) {
-            warnings.push(
-                Error::new("pictures show the sun through a tensor tree in patches of the sky, as three phases do")
-                    .help("sensors get the traced suns; give a shade in place of the tensor tree for pictures with them"),
-            );
-        }
         let clock = Instant::now();
         self.check_stop()?;
         let inputs = self.scene_fingerprint("C");
@@ -331,57 +323,6 @@ impl<'a> Run<'a> {
             });
         }
         Ok(sensors)
-    }
-
-    /// What the suns of these hours put into the pictures of a view.
-    fn sun_pictures(&self, suns: &SunSet, view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics) -> Result<SunPictures> {
-        let job = SunPictureJob {
-            device: self.device,
-            project: self.project,
-            inputs: self.inputs,
-            suns,
-            store: self.store,
-            progress: self.progress,
-        };
-        let mut inputs = self.scene_fingerprint("C of pictures");
-        for window in &self.inputs.windows {
-            inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
-        }
-        job.compute(&view.name, &view.raster()?, hours, inputs, statistics)
-    }
-
-    /// Annual glare of all views, if the project asks for it.
-    fn glare(
-        &mut self,
-        multiplier: &dyn product::Multiplier,
-        [daylight, daylight_direct, daylight_error]: [&[Matrix<f32>]; 3],
-        sky: &Matrix<f32>,
-        five: Option<&FivePhase<'_>>,
-        warnings: &mut Warnings,
-    ) -> Result<Option<GlareSummary>> {
-        let Some(section) = &self.project.glare else { return Ok(None) };
-        let mut statistics = TraceStatistics::default();
-        let five = five.map(|terms| (terms, self.scene_fingerprint("C")));
-        let pictures = |view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics| {
-            let Some((terms, _)) = &five else { return Err(Error::new("suns are traced by five phases only")) };
-            self.sun_pictures(terms.suns(), view, hours, statistics)
-        };
-        let job = GlareJob {
-            device: self.device,
-            project: self.project,
-            inputs: self.inputs,
-            store: self.store,
-            progress: self.progress,
-            daylight,
-            daylight_direct,
-            daylight_error,
-            sky,
-            view_inputs: &|kind| self.view_fingerprint(kind),
-            five: five.map(|(terms, sun_inputs)| FiveGlare { terms, sun_inputs, sun_pictures: &pictures }),
-        };
-        let summary = job.run(section, multiplier, &mut statistics, warnings)?;
-        self.statistics.add(statistics);
-        Ok(Some(summary))
     }
 
     fn summary(

@@ -4,6 +4,7 @@
 use super::project::{Project, WindowSection};
 use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::mirrors::Mirrors;
+use crate::scene::rad::ProxiedPane;
 use crate::scene::{self, MaterialIndex, MaterialKind, Scene, Triangle, Window};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -31,13 +32,18 @@ impl Shade {
         let mut files = before;
         files.push(relative(file));
         let mut all = Warnings::new();
-        let together = scene::read_scene(&files, base, &mut all)?;
+        let (together, panes) = if scene::gltf::is_gltf(file) {
+            (scene::read_scene(&files, base, &mut all)?, Vec::new())
+        } else {
+            scene::rad::read_shade(&files, base, &mut all)?
+        };
         for warning in all.iter().skip(known.iter().count()) {
             warnings.push(warning.clone());
         }
         let triangles = together.triangles[first.min(together.triangles.len())..].to_vec();
         let shade = Self { scene: Scene { triangles, sources: Vec::new(), ..together } };
-        shade.check(window, warnings).map_err(|e| e.file(file).field(format!("window '{}'", section.name)))?;
+        let lies_well = shade.check(window, warnings).and_then(|()| shade.check_slabs(&panes, warnings));
+        lies_well.map_err(|e| e.file(file).field(format!("window '{}'", section.name)))?;
         Ok(Some(shade))
     }
 
@@ -73,6 +79,38 @@ impl Shade {
                 .help("if there is glass, its panes belong into the shade's file too"),
             );
         }
+        Ok(())
+    }
+}
+
+/// Share of a pane's thickness, and length in the scene's unit, by which rounding may put geometry outside.
+const SLAB_TOLERANCE: (f64, f64) = (0.01, 1e-4);
+
+impl Shade {
+    /// Geometry for which a `BSDF` of the file stands must lie in the slab that its thickness tells. What
+    /// lies outside, Radiance's rays would meet beside the data that already contain it.
+    fn check_slabs(&self, panes: &[ProxiedPane], warnings: &mut Warnings) -> Result<()> {
+        let Some(thickest) = panes.iter().map(|p| p.thickness.abs()).reduce(f64::max) else { return Ok(()) };
+        let outside = |p: DVec3| panes.iter().map(|pane| pane.outside(p)).fold(f64::INFINITY, f64::min);
+        let allowed = SLAB_TOLERANCE.0 * thickest + SLAB_TOLERANCE.1;
+        let farthest = |t: &&Triangle| t.vertices.into_iter().map(outside).fold(0.0, f64::max);
+        let beyond: Vec<&Triangle> = self.scene.triangles.iter().filter(|t| farthest(t) > allowed).collect();
+        let Some(worst) = beyond.iter().max_by(|a, b| farthest(a).total_cmp(&farthest(b))) else { return Ok(()) };
+        let surface = &self.scene.surfaces[worst.surface as usize];
+        let fault = Error::new(format!(
+            "'{}' (line {}) lies {:.4} outside the slab of {thickest:.4} that its BSDF '{}' (line {}) stands for",
+            surface.name,
+            surface.line,
+            farthest(worst),
+            panes[0].origin.name,
+            panes[0].origin.line
+        ))
+        .help("the geometry begins at the BSDF's surface and reaches as far behind it (before it, if negative) as its thickness");
+        // Nothing inside: the thickness has the wrong sign, or the file the wrong place.
+        if beyond.len() == self.scene.triangles.len() {
+            return Err(fault);
+        }
+        warnings.push(fault);
         Ok(())
     }
 }

@@ -2,14 +2,16 @@
 //! on disk, from which the pictures of the hours take what they show.
 
 use super::fingerprint::Fingerprint;
-use super::five_phase::{shaded_windows, shades};
+use super::five_phase::{pane_windows, shaded_windows, shades};
 use super::inputs::Inputs;
+use super::picture_sets;
 use super::presets::sun_picture_options;
 use super::project::Project;
 use super::rounds::Part;
 use super::shade::{add, black_model};
 use super::store::Store;
 use super::suns::SunSet;
+use super::views::ViewSection;
 use crate::camera::Raster;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
@@ -76,7 +78,7 @@ impl SunPictureJob<'_> {
     /// Failures of device and file system, or when stopped.
     pub fn compute(
         &self,
-        view: &str,
+        view: &ViewSection,
         raster: &Raster,
         hours: &[usize],
         mut inputs: Fingerprint,
@@ -87,7 +89,14 @@ impl SunPictureJob<'_> {
         needed.dedup();
         let options = sun_picture_options(self.project);
         inputs.add(raster).add(&options).add(&self.suns.suns).add(&self.suns.hours);
-        let path = self.store.sun_pictures_path(view);
+        let path = self.store.sun_pictures_path(&view.name);
+        if let Some(given) = &view.given.sun {
+            let pictures = picture_sets::SunsGiven::open(given, self.suns, raster)?;
+            self.write(&path, "imported", &needed, &mut |out, fault| {
+                needed.iter().try_for_each(|&number| write_picture(out, number, &pictures.read(number)?).map_err(fault))
+            })?;
+            return SunPictures::open(&path).map(|kept| kept.pictures);
+        }
         let fits = |path: &Path| {
             SunPictures::open(path)
                 .is_ok_and(|kept| kept.inputs == inputs.to_string() && needed.iter().all(|n| kept.pictures.places.contains_key(n)))
@@ -102,23 +111,36 @@ impl SunPictureJob<'_> {
         };
         let black = black_model(&self.inputs.scene, shades(self.inputs));
         let shaded = shaded_windows(self.inputs);
+        let panes = pane_windows(self.inputs);
         let first_shade = self.inputs.scene.materials.len() as u32;
-        let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded };
+        let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded, panes: &panes };
         let group = (GROUP_BYTES / (raster.len() * PIXEL_BYTES)).clamp(1, 256);
-        crate::files::write_atomically(&path, |out| {
-            let fault = |e: std::io::Error| Error::io(&path, &e);
-            write_head(out, &inputs.to_string(), &self.suns.hours, needed.len()).map_err(fault)?;
+        self.write(&path, &inputs.to_string(), &needed, &mut |out, fault| {
             for (part, numbers) in needed.chunks(group).enumerate() {
                 let suns: Vec<Sun> = numbers.iter().map(|&n| self.suns.suns[n]).collect();
                 let stage = Part::of(self.progress, part, needed.len().div_ceil(group));
                 let pictures = pixels::compute(self.device, &models, raster, &suns, &options, &stage, statistics)?;
-                for (number, picture) in numbers.iter().zip(pictures) {
-                    write_picture(out, *number, &picture).map_err(fault)?;
-                }
+                numbers.iter().zip(pictures).try_for_each(|(number, picture)| write_picture(out, *number, &picture).map_err(fault))?;
             }
             Ok(())
         })?;
         SunPictures::open(&path).map(|kept| kept.pictures)
+    }
+
+    /// Writes a file of the pictures that `pictures` writes.
+    #[allow(clippy::type_complexity, reason = "one function")]
+    fn write(
+        &self,
+        path: &Path,
+        inputs: &str,
+        needed: &[usize],
+        pictures: &mut dyn FnMut(&mut dyn Write, &dyn Fn(std::io::Error) -> Error) -> Result<()>,
+    ) -> Result<()> {
+        crate::files::write_atomically(path, |out| {
+            let fault = |e: std::io::Error| Error::io(path, &e);
+            write_head(out, inputs, &self.suns.hours, needed.len()).map_err(fault)?;
+            pictures(out, &fault)
+        })
     }
 }
 
@@ -227,6 +249,11 @@ impl SunPictures {
         Ok((inputs, hours, places))
     }
 
+    /// Numbers of the suns that have a picture.
+    pub fn suns(&self) -> impl Iterator<Item = usize> {
+        self.places.keys().copied()
+    }
+
     /// What the sun adds to the picture of an hour (number of the year from 0): pixels in rising order
     /// and RGB radiance, W/m²sr. Empty without sun.
     ///
@@ -242,9 +269,22 @@ impl SunPictures {
     /// As [`sun_picture`](Self::sun_picture).
     pub fn sun_picture_with_errors(&self, hour: usize) -> Result<Vec<(u32, [f32; 3], f32)>> {
         let Some((sun, radiance)) = self.hours.get(hour).copied().flatten() else { return Ok(Vec::new()) };
-        let Some(&Place { start, entries }) = self.places.get(&sun) else {
+        if !self.places.contains_key(&sun) {
             return Err(Error::new(format!("the sun of hour {hour} was not traced")).file(&self.path));
-        };
+        }
+        self.entries(sun, radiance)
+    }
+
+    /// The picture of a sun of this radiance, W/m²sr; empty if there is none.
+    ///
+    /// # Errors
+    /// A file that cannot be read any more.
+    pub fn of_sun(&self, sun: usize, radiance: f64) -> Result<SparsePicture> {
+        Ok(self.entries(sun, radiance)?.into_iter().map(|(pixel, value, _)| (pixel, value)).collect())
+    }
+
+    fn entries(&self, sun: usize, radiance: f64) -> Result<Vec<(u32, [f32; 3], f32)>> {
+        let Some(&Place { start, entries }) = self.places.get(&sun) else { return Ok(Vec::new()) };
         let mut bytes = vec![0u8; entries * ENTRY];
         {
             let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);

@@ -2,6 +2,7 @@
 //! misspelt key is answered with the one that was probably meant.
 
 use crate::error::{Error, Result};
+use crate::image::series::Pattern;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
@@ -118,6 +119,16 @@ impl<'d, 'a> Table<'d, 'a> {
     pub fn path(&mut self, key: &'static str) -> Result<Option<PathBuf>> {
         let text = self.string(key)?;
         text.map(|t| self.existing_file(key, &t)).transpose()
+    }
+
+    /// A pattern of numbered files (`v%03d.hdr`), relative to the document's folder.
+    pub fn pattern(&mut self, key: &'static str) -> Result<Option<Pattern>> {
+        let Some(text) = self.string(key)? else { return Ok(None) };
+        // A percent sign in the folder's name is no place for a number.
+        let folder = self.document.file.parent().unwrap_or(Path::new("")).display().to_string().replace('%', "%%");
+        let parsed = Pattern::parse(&Path::new(&folder).join(&text).display().to_string());
+        let help = "write v%03d.hdr or the like";
+        parsed.map(Some).map_err(|_| self.error(key, format!("'{text}' has no place for the number of a picture")).help(help))
     }
 
     /// A path that must be there.

@@ -11,6 +11,7 @@
 //! Their names are `seats-001`, `seats-002`, … in the order of the points, or with directions
 //! `seats-001-090`.
 
+use super::picture_sets::GivenPictures;
 use super::project::name;
 use super::table::Table;
 use super::views::{ViewSection, resolution};
@@ -47,7 +48,7 @@ pub(super) fn read_grid(mut table: Table<'_, '_>) -> Result<Vec<ViewSection>> {
                     .line(point.line)
                     .help("a view cannot be straight up or down; give directions = [0, 90, 180, 270] in [[views]]")
             })?;
-            views.push(ViewSection { name, file: file.clone(), view: Some(view), resolution });
+            views.push(ViewSection { name, file: file.clone(), view: Some(view), resolution, given: GivenPictures::default() });
             Ok(())
         };
         match &directions {

@@ -3,6 +3,7 @@
 use super::fingerprint::Fingerprint;
 use super::five_phase::{FivePhase, without_sun_patches};
 use super::multiply::{check_hours, lit_columns, select_columns};
+use super::picture_sets::{self, GivenPictures};
 use super::pictures::{Addition, Output, PictureView, Request, write_pictures};
 use super::project::name;
 use super::store::{INPUTS, Store, is_of, software};
@@ -42,6 +43,8 @@ pub struct ViewSection {
     pub view: Option<View>,
     /// Most pixels per row, and most rows; pixels stay square.
     pub resolution: [usize; 2],
+    /// Pictures made elsewhere.
+    pub given: GivenPictures,
 }
 
 impl ViewSection {
@@ -49,8 +52,9 @@ impl ViewSection {
         let name = name(&mut table, "add name = \"desk\" or the like")?;
         let file = table.required_path("file", "add file = \"….vf\": a file with a line of view options")?;
         let resolution = resolution(&mut table)?.unwrap_or([512, 512]);
+        let given = GivenPictures::read(&mut table)?;
         table.finish()?;
-        Ok(Self { name, file, view: None, resolution })
+        Ok(Self { name, file, view: None, resolution, given })
     }
 
     /// The view, not yet checked.
@@ -95,6 +99,8 @@ pub enum ImageHours {
 pub struct ImagesSection {
     /// Hours to write.
     pub hours: ImageHours,
+    /// Whether V, Vd and the suns are written as component pictures too.
+    pub components: bool,
 }
 
 impl ImageHours {
@@ -116,7 +122,7 @@ impl ImageHours {
 
 impl ImagesSection {
     pub(super) fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
-        let mut images = Self { hours: ImageHours::None };
+        let mut images = Self { hours: ImageHours::None, components: false };
         let Some(mut table) = table else { return Ok(images) };
         images.hours = match table.integers_or_choice("hours", 0..=1_000_000, &["daylight", "none"])? {
             None => ImageHours::None,
@@ -124,6 +130,7 @@ impl ImagesSection {
             Some(Err("daylight")) => ImageHours::Daylight,
             Some(Err(_)) => ImageHours::None,
         };
+        images.components = table.boolean("components")?.unwrap_or(false);
         table.finish()?;
         Ok(images)
     }
@@ -176,20 +183,34 @@ impl ViewJob<'_> {
     /// # Errors
     /// As [`image_matrix::compute`], and failures of the file system.
     pub fn matrix(&self, inputs: Fingerprint, statistics: &mut TraceStatistics) -> Result<(usize, usize, bool)> {
-        if let Some((rows, columns)) = self.kept(inputs)? {
+        if let Some((rows, columns)) = self.kept(inputs)?.filter(|_| self.view.given.view.is_none()) {
             return Ok((rows, columns, true));
         }
         let raster = self.view.raster()?;
         let bins = self.windows.iter().map(|w| w.basis.len()).sum();
         let path = self.store.matrix_path(&format!("V_{}", self.view.name));
         let direct_path = self.direct_path();
-        let batches_path = self.batches_path();
         // A view without directions (parallel) has no glare, and no need of batches.
         let geometry = PixelGeometry::new(&raster).ok();
         let batches = if geometry.is_some() { self.options.batches as usize } else { 0 };
         let mut sums: Vec<BatchSums> = geometry.iter().flat_map(|g| vec![BatchSums::new(g, bins); batches]).collect();
         let rows = sums.iter().map(BatchSums::rows).sum();
         let straight = self.options.straight;
+        if let Some(given) = &self.view.given.view {
+            let direct = self.view.given.view_direct.as_ref().filter(|_| straight).map(|d| (d, direct_path.as_path()));
+            let sets = [Some((given, path.as_path())), direct];
+            picture_sets::import(&sets, &raster, bins, inputs, &mut |rows| {
+                if let (Some(geometry), [sums, ..]) = (&geometry, &mut sums[..]) {
+                    rows.iter().for_each(|(pixel, values)| sums.add(geometry, *pixel, values));
+                }
+            })?;
+            // Taken for exact: all batches are the same.
+            if let Some(first) = sums.first().map(|s| s.sums().to_vec()) {
+                let all: Vec<f32> = (0..batches).flat_map(|_| first.iter().map(|&v| v as f32)).collect();
+                self.keep_batches(all, (rows, bins), inputs)?;
+            }
+            return Ok((raster.len(), bins, false));
+        }
         let header = [
             software(),
             "CONTENT=view matrix, rows pixels from the top left, columns the windows' bins".to_string(),
@@ -231,12 +252,16 @@ impl ViewJob<'_> {
         }
         if !sums.is_empty() {
             let values = sums.iter().flat_map(BatchSums::sums).map(|&v| (v / f64::from(self.refinement)) as f32).collect();
-            let matrix = Matrix::from_data(rows, bins, 3, values)?;
-            let about = "CONTENT=independent batches of the view matrix, rows Ev and sums over blocks of pixels";
-            let header = [software(), about.to_string(), format!("{INPUTS}={inputs}")];
-            write_matrix(Some(&batches_path), &matrix, Format::Float, &header)?;
+            self.keep_batches(values, (rows, bins), inputs)?;
         }
         Ok((raster.len(), bins, false))
+    }
+
+    fn keep_batches(&self, values: Vec<f32>, (rows, bins): (usize, usize), inputs: Fingerprint) -> Result<()> {
+        let matrix = Matrix::from_data(rows, bins, 3, values)?;
+        let about = "CONTENT=independent batches of the view matrix, rows Ev and sums over blocks of pixels";
+        let header = [software(), about.to_string(), format!("{INPUTS}={inputs}")];
+        write_matrix(Some(&self.batches_path()), &matrix, Format::Float, &header)
     }
 
     /// Where the straight part of the view matrix is kept.

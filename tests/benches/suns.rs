@@ -23,7 +23,7 @@ use lucarne::gpu::Device;
 use lucarne::kernels::sun_matrix::Sun;
 use lucarne::kernels::sun_matrix::geometry::SunOptions;
 use lucarne::kernels::sun_matrix::pane::{self, PaneBsdf, PaneOptions};
-use lucarne::kernels::sun_matrix::pixels::{self, Models};
+use lucarne::kernels::sun_matrix::pixels::{self, Models, PixelOptions};
 use lucarne::matrix::file::read_matrix;
 use lucarne::progress::Silent;
 use lucarne::scene::points::read_points;
@@ -194,13 +194,14 @@ fn pictures(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Rec
     let (lit, black, first_shade) = models(room)?;
     let corners = lit.triangles.iter().filter(|t| t.material.0 >= first_shade).flat_map(|t| t.vertices).collect();
     let shaded = [(room.window[0].clone(), corners)];
-    let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded };
+    let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded, panes: &[] };
     let raster = Raster::fit(View::read(&room.folder.join("views/fish.vf"))?.camera()?, SIDE, SIDE, 1.0)?;
     // What shows the disc itself is left out (a ray hits it or not): brighter than a white surface.
     let white = suns[0].solid_angle() / std::f64::consts::PI;
     let surfaces = |v: f64| if v <= 1.05 * white { v } else { 0.0 };
     let own = |seed: u32| {
-        let options = SunOptions { batches: 16, disc_samples: 1, seed, ..SunOptions::default() }.direct();
+        let slats = SunOptions { batches: 16, disc_samples: 1, seed, ..SunOptions::default() }.direct();
+        let options = PixelOptions { slats, panes: PaneOptions { batches: slats.batches, ..PaneOptions::default() } };
         let before = own_seconds();
         let found = pixels::compute(device, &models, &raster, suns, &options, &Silent, &mut Default::default())?;
         let seconds = own_seconds() - before;

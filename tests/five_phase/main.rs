@@ -25,6 +25,7 @@ mod testing;
 mod faults;
 mod imports;
 mod panes;
+mod pictures;
 mod projects;
 mod slats;
 

@@ -158,3 +158,51 @@ fn suns_that_fill_the_skys_patches_cancel_the_direct_part() {
     // With six repeats the mean of χ² is 5/3.
     assert!(chi / count < 3.0);
 }
+
+/// A shade as Radiance has it: slats in the slab of a BSDF with thickness, which sun and eye pass.
+#[test]
+fn a_bsdf_with_thickness_lets_the_sun_pass_to_its_slats() {
+    let folder = tempfile::tempdir().unwrap();
+    let slats = std::fs::read_to_string(format!("{SCENES}/blinds/blinds.rad")).unwrap();
+    let with = |head: &str| {
+        // Beside the shipped file, since it may name others.
+        let file = folder.path().join("proxy.rad");
+        std::fs::write(&file, format!("{head}{slats}")).unwrap();
+        format!("shade = \"{}\"", file.display())
+    };
+    let proxy = |thickness: &str, up: &str| {
+        format!(
+            "void BSDF proxy\n6 {thickness} {SCENES}/blinds/blind.xml {up} .\n0\n0\n\
+             proxy polygon face 0 0 12  0.7 -0.06 0.95  0.7 -0.06 2.15  2.3 -0.06 2.15  2.3 -0.06 0.95\n"
+        )
+    };
+    let complaint = |head: &str| blinds(folder.path(), &day(0.0), &with(head), "phases = 5").err().map(|e| e.to_string());
+    let message = complaint(&proxy("0.2", "0 2 0")).unwrap();
+    assert!(message.contains("up vector 0 2 0") && message.contains("parallel") && message.contains("proxy.rad:5"), "{message}");
+    let message = complaint(&proxy("0", "0 0 1")).unwrap();
+    assert!(message.contains("BSDF") && message.contains("not supported"), "{message}");
+    let message = complaint(&proxy("wide", "0 0 1")).unwrap();
+    assert!(message.contains("'wide' is no number") && message.contains("proxy.rad:1"), "{message}");
+    let message = complaint("void BSDF proxy\n2 0.1 x.xml\n0\n0\nproxy polygon f 0 0 9  0 0 0  1 0 0  0 0 1\n").unwrap();
+    assert!(message.contains("2 string arguments are too few"), "{message}");
+    if device("geometry behind a BSDF").is_none() {
+        return;
+    }
+    // The wrong side, all of it; and too thin a slab, where a part lies outside.
+    let shade = |head: &str| {
+        let project = folder.path().join("project.toml");
+        blinds(folder.path(), &day(0.0), &with(head), "phases = 5")?;
+        let mut warnings = Warnings::new();
+        Inputs::read(&Project::read(&project)?, &mut warnings)?;
+        Ok::<_, lucarne::Error>(warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+    };
+    let message = shade(&proxy("-0.001", "0 0 1")).unwrap_err().to_string();
+    assert!(message.contains("outside the slab of 0.0010") && message.contains("proxy.rad"), "{message}");
+    // The same light as of the slats alone.
+    let mut found = Vec::new();
+    for head in ["", &proxy("1", "0 0 1")] {
+        let (_, out) = blinds(folder.path(), &day(700.0), &with(head), "phases = 5\nsuns = \"hourly\"").unwrap();
+        found.push(values(&out, "terms/room_sun.mtx"));
+    }
+    assert!(found[0] == found[1] && found[0].iter().any(|v| *v > 1000.0));
+}

@@ -85,7 +85,7 @@ pub struct Results {
     pub windows: Vec<String>,
     /// Further states of each window that the project names, by its name in [`Self::windows`].
     pub states: HashMap<String, Vec<PathBuf>>,
-    /// Windows with a shade, by their names in [`Self::windows`]: their sun is traced.
+    /// Windows with a shade or a tensor tree, by their names in [`Self::windows`]: their sun is traced.
     pub shaded: HashSet<String>,
     /// Phases of the method that gave the illuminance.
     pub phases: u64,
@@ -340,7 +340,7 @@ fn read_room(
         if window.states.len() > 1 {
             states.extend(own().map(|n| (n.clone(), window.states[1..].to_vec())));
         }
-        if window.shade.is_some() {
+        if window.shade.is_some() || window.tensor_tree.is_some() {
             shaded.extend(own().cloned());
         }
     }

@@ -31,7 +31,7 @@
 
 mod kinds;
 mod tables;
-mod tracer;
+pub(super) mod tracer;
 
 pub use kinds::PaneBsdf;
 
@@ -60,9 +60,9 @@ gpu_struct! {
         disc_samples: u32,
         first_cell: u32,
         end_cell: u32,
+        batch_stride: u32,
+        part_angle: f32,
         padding0: u32,
-        padding1: u32,
-        padding2: u32,
     }
 }
 
@@ -148,6 +148,9 @@ pub struct PaneOptions {
     pub cells: u32,
     /// Directions to a sun's disc per batch where it is seen clearly, and from points of the façade.
     pub disc_samples: u32,
+    /// Size of the parts of a cell, seen from the receiver, in each of which the scattering function is
+    /// evaluated, radians.
+    pub part_angle: f32,
     /// Independent repetitions; their spread gives the standard error. At least 2.
     pub batches: u32,
     /// Same seed, same device: same bits.
@@ -158,7 +161,7 @@ pub struct PaneOptions {
 
 impl Default for PaneOptions {
     fn default() -> Self {
-        Self { cells: 1024, disc_samples: 16, batches: 4, seed: 1, memory: 1 << 30 }
+        Self { cells: 1024, disc_samples: 16, part_angle: 0.05, batches: 4, seed: 1, memory: 1 << 30 }
     }
 }
 
@@ -252,4 +255,4 @@ pub fn facade(
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -1,28 +1,32 @@
 //! Suns in pictures: what each pixel shows of each sun.
 //!
-//! `C[pixel][sun]` is the radiance that the pixel shows per unit radiance of the sun's disc. Two
+//! `C[pixel][sun]` is the radiance that the pixel shows per unit radiance of the sun's disc. Three
 //! parts: surfaces of the room and slats that the sun lights (irradiance at the point behind the
-//! pixel × ρ/π, as the tutorial's irradiance picture × material map), and the disc itself where it is
-//! seen through the shade. The disc's energy is laid on the pixels it covers, point by point, so that
-//! a sun smaller than a pixel shows as bright as it is at the eye, never missed and never doubled.
+//! pixel × ρ/π, as the tutorial's irradiance picture × material map), the radiance of panes of
+//! scattering data, and the disc itself where it is seen between slats or through the peak of a pane.
+//! The disc's energy is laid on the pixels it covers, point by point, so that a sun smaller than a
+//! pixel shows as bright as it is at the eye, never missed and never doubled.
 //! Entries are sparse, sun by sun.
 
+mod discs;
+mod panes;
+
 use super::Sun;
-use super::geometry::{Gate, Openings, SunOptions, SunTracer};
+use super::geometry::{Openings, SunOptions, SunTracer};
+use super::pane::{FacadePoint, PaneBsdf, PaneOptions};
 use crate::camera::{PixelSamples, Raster};
 use crate::error::Result;
-use crate::gpu::{Device, Kernel};
+use crate::gpu::{Buffer, Device, Kernel};
 use crate::gpu_struct;
 use crate::kernels::image_matrix::PixelRay;
-use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::kernels::light_paths::{Receiver, finish_dispatch};
+use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
 gpu_struct! {
     /// Parameters of `trace/sun_pixels`.
@@ -32,36 +36,12 @@ gpu_struct! {
         batches: u32,
         window_count: u32,
         first_shade: u32,
-        padding0: u32,
-        padding1: u32,
-        padding2: u32,
-    }
-}
-
-gpu_struct! {
-    /// A ray to a point of a sun's disc.
-    pub(crate) struct SunRay {
-        origin: [f32; 3],
-        padding0: u32,
-        direction: [f32; 3],
-        padding1: u32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `trace/sun_rays`.
-    pub(crate) struct SunRayParams {
-        rays: u32,
-        gates: u32,
+        panes: u32,
         padding0: u32,
         padding1: u32,
     }
 }
 
-/// Points of a disc whose rays are traced from the eye.
-const DISC_POINTS: usize = 256;
-/// Rays of one dispatch.
-const MOST_RAYS: usize = 1 << 20;
 /// Most pixels of a tile.
 const MOST_TILE: usize = 4096;
 
@@ -69,8 +49,8 @@ const MOST_TILE: usize = 4096;
 pub(super) fn registered() -> Vec<crate::gpu::Registered> {
     use crate::gpu::Registered;
     vec![
-        Registered::new("trace/sun_pixels").with::<SunPixelParams>().with::<PixelRay>().with::<Receiver>(),
-        Registered::new("trace/sun_rays").with::<SunRayParams>().with::<SunRay>().with::<Gate>(),
+        Registered::new("trace/sun_pixels").with::<SunPixelParams>().with::<PixelRay>().with::<Receiver>().with::<FacadePoint>(),
+        discs::registered(),
     ]
 }
 
@@ -98,6 +78,17 @@ pub struct Models<'a> {
     pub first_shade: u32,
     /// Windows with the corners of their shades.
     pub shaded: &'a [(Window, Vec<DVec3>)],
+    /// Windows with panes of scattering data.
+    pub panes: &'a [(Window, PaneBsdf)],
+}
+
+/// How much to sample. Both have the same batches: a surface point of every pixel in each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PixelOptions {
+    /// Suns between slats.
+    pub slats: SunOptions,
+    /// Suns through panes.
+    pub panes: PaneOptions,
 }
 
 /// Pictures of a group of suns, in their order. The memory for all of them is the caller's concern:
@@ -110,7 +101,7 @@ pub fn compute(
     models: &Models<'_>,
     raster: &Raster,
     suns: &[Sun],
-    options: &SunOptions,
+    options: &PixelOptions,
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
 ) -> Result<Vec<SunPicture>> {
@@ -118,10 +109,14 @@ pub fn compute(
     if suns.is_empty() {
         return Ok(Vec::new());
     }
-    let openings = Openings::Shaded(models.shaded);
-    let tracer = SunTracer::new(device, models.black, openings, &[], suns, options)?;
-    surfaces(device, models, raster, &tracer, options, progress, statistics, &mut pictures)?;
-    discs(device, raster, &tracer, suns, statistics, &mut pictures)?;
+    if !models.shaded.is_empty() {
+        let tracer = SunTracer::new(device, models.black, Openings::Shaded(models.shaded), &[], suns, &options.slats)?;
+        between_slats(device, models, raster, &tracer, &options.slats, progress, statistics, &mut pictures)?;
+        discs::add(device, raster, &tracer, suns, &|_, _| [1.0; 3], statistics, &mut pictures)?;
+    }
+    if !models.panes.is_empty() {
+        panes::add(device, models, raster, suns, &options.panes, progress, statistics, &mut pictures)?;
+    }
     let whole = |p: Pixels| {
         let errors = p.values().map(|(_, error)| *error).collect();
         SunPicture { pixels: p.into_iter().map(|(pixel, (value, _))| (pixel, value)).collect(), errors }
@@ -132,9 +127,9 @@ pub fn compute(
 /// Value and error by pixel.
 type Pixels = BTreeMap<u32, ([f32; 3], f32)>;
 
-/// Surfaces that suns light.
+/// Surfaces that suns light between slats.
 #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
-fn surfaces(
+fn between_slats(
     device: &Device,
     models: &Models<'_>,
     raster: &Raster,
@@ -145,61 +140,129 @@ fn surfaces(
     pictures: &mut [Pixels],
 ) -> Result<()> {
     let windows: Vec<Window> = models.shaded.iter().map(|(w, _)| w.clone()).collect();
-    let tables = TraceTables::new(models.lit, &windows, WindowSurfaces::Open)?;
-    let scene = tables.upload(device)?;
-    let kernel = Kernel::new(device, "trace/sun_pixels", &[], &[])?;
+    let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
     let batches = options.batches as usize;
-    let samples = PixelSamples::new(batches, 1.0, u64::from(options.seed))?;
-    let inside: Vec<usize> = (0..raster.len()).filter(|&p| raster.is_seen(p % raster.width(), p / raster.width())).collect();
-    for chunk in tracer.plan(inside.len())?.at_most(MOST_TILE).chunks() {
-        progress.update("suns in the picture", chunk.first as f64 / inside.len() as f64);
+    for chunk in tracer.plan(behind.inside.len())?.at_most(MOST_TILE).chunks() {
+        progress.update("suns in the picture", chunk.first as f64 / behind.inside.len() as f64);
         if progress.stop_requested() {
             return Err(cancelled());
         }
-        let tile = &inside[chunk.first..chunk.first + chunk.count];
-        let rays: Vec<PixelRay> = (0..batches)
-            .flat_map(|batch| tile.iter().map(move |&pixel| (batch, pixel)))
-            .map(|(batch, pixel)| pixel_ray(&tables, raster, &samples, pixel, batch))
-            .collect();
+        let tile = &behind.inside[chunk.first..chunk.first + chunk.count];
         let count = tile.len();
+        let found = behind.find(tile, models.first_shade, false, statistics)?;
+        let sums = tracer.trace(&found.receivers, count, count as u32, statistics)?;
+        let n = pictures.len();
+        add(tile, [batches, batches], pictures, &|sun, batch, i| {
+            let cell = &sums[((batch * count + i) * n + sun) * 6..][..6];
+            let weight = found.weights[batch * count + i];
+            std::array::from_fn(|c| (cell[c] + cell[c + 3]) * weight[c])
+        });
+    }
+    Ok(())
+}
+
+/// Finds what is behind pixels.
+struct Behind<'a> {
+    device: &'a Device,
+    raster: &'a Raster,
+    tables: TraceTables,
+    scene: TraceScene,
+    kernel: Kernel,
+    counters: Buffer,
+    samples: PixelSamples,
+    windows: usize,
+    batches: u32,
+    seed: u32,
+    /// Pixels that show something.
+    inside: Vec<usize>,
+}
+
+/// What is behind the pixels of a tile, `[batch][pixel]`.
+struct Found {
+    receivers: Buffer,
+    /// Radiance shown per irradiance of the receiver, or per radiance of the point of a pane if the last is 1.
+    weights: Vec<[f32; 4]>,
+    facade: Buffer,
+}
+
+impl<'a> Behind<'a> {
+    fn new(device: &'a Device, lit: &Scene, windows: &[Window], raster: &'a Raster, [batches, seed]: [u32; 2]) -> Result<Self> {
+        let tables = TraceTables::new(lit, windows, WindowSurfaces::Open)?;
+        Ok(Self {
+            device,
+            raster,
+            scene: tables.upload(device)?,
+            tables,
+            kernel: Kernel::new(device, "trace/sun_pixels", &[], &[])?,
+            counters: device.zeros::<Counters>("path counters", 1)?,
+            samples: PixelSamples::new(batches as usize, 1.0, u64::from(seed))?,
+            windows: windows.len(),
+            batches,
+            seed,
+            inside: (0..raster.len()).filter(|&p| raster.is_seen(p % raster.width(), p / raster.width())).collect(),
+        })
+    }
+
+    /// Materials from `first_shade` on are those of slats; the windows are panes, where rays end, or holes.
+    fn find(&self, tile: &[usize], first_shade: u32, panes: bool, statistics: &mut TraceStatistics) -> Result<Found> {
+        let (device, count) = (self.device, tile.len());
+        let all = self.batches as usize * count;
+        let rays: Vec<PixelRay> = (0..self.batches as usize)
+            .flat_map(|batch| tile.iter().map(move |&pixel| (batch, pixel)))
+            .map(|(batch, pixel)| pixel_ray(&self.tables, self.raster, &self.samples, pixel, batch))
+            .collect();
         let params = SunPixelParams {
-            seed: stream_seed(options.seed, 0, 0x7375_6e78),
+            seed: stream_seed(self.seed, 0, 0x7375_6e78),
             pixels: count as u32,
-            batches: options.batches,
-            window_count: windows.len() as u32,
-            first_shade: models.first_shade,
+            batches: self.batches,
+            window_count: self.windows as u32,
+            first_shade,
+            panes: u32::from(panes),
             ..SunPixelParams::default()
         };
         let params = device.uniform("pixels that see suns' light", &params)?;
         let rays = device.upload("camera rays", &rays)?;
-        let receivers = device.zeros::<Receiver>("receivers of the pixels", batches * count)?;
-        let weights = device.zeros::<[f32; 4]>("weights of the receivers", batches * count)?;
-        let own = [("params", &params), ("rays", &rays), ("receivers", &receivers), ("receiver_weights", &weights)];
-        let groups = [(count as u32).div_ceil(64), options.batches, 1];
-        tracer.run_in(&scene, &kernel, &own, groups, (count * batches) as u64, statistics)?;
-        let sums = tracer.trace(&receivers, count, count as u32, statistics)?;
-        let weights = device.read::<[f32; 4]>(&weights)?;
-        let n = pictures.len();
-        pictures.par_iter_mut().enumerate().for_each(|(sun, picture)| {
-            let mut luminance = vec![0.0f64; batches];
-            for (i, &pixel) in tile.iter().enumerate() {
-                let mut value = [0.0f32; 3];
-                for (batch, luminance) in luminance.iter_mut().enumerate() {
-                    let cell = &sums[((batch * count + i) * n + sun) * 6..][..6];
-                    *luminance = 0.0;
-                    for c in 0..3 {
-                        let shown = (cell[c] + cell[c + 3]) * weights[batch * count + i][c];
-                        value[c] += shown / batches as f32;
-                        *luminance += ILLUMINANCE_WEIGHTS[c] * f64::from(shown);
-                    }
-                }
-                if value.iter().any(|v| *v > 0.0) {
-                    picture.insert(pixel as u32, (value, standard_error_of_mean(&luminance) as f32));
+        let receivers = device.zeros::<Receiver>("receivers of the pixels", all)?;
+        let weights = device.zeros::<[f32; 4]>("weights of the receivers", all)?;
+        let facade = device.zeros::<FacadePoint>("points of panes", all)?;
+        let own = [
+            ("params", &params),
+            ("rays", &rays),
+            ("receivers", &receivers),
+            ("receiver_weights", &weights),
+            ("facade", &facade),
+            ("counters", &self.counters),
+        ];
+        device.write(&self.counters, &[Counters::default()])?;
+        let bind = self.kernel.bind(&self.scene.bindings(&own))?;
+        device.dispatch(&self.kernel, &bind, [(count as u32).div_ceil(64), self.batches, 1])?;
+        finish_dispatch(device, &self.counters, all as u64, self.kernel.label(), statistics)?;
+        Ok(Found { receivers, weights: device.read::<[f32; 4]>(&weights)?, facade })
+    }
+}
+
+/// Puts the light of a tile into the pictures, the mean over the rays of each pixel: `shown(sun, ray,
+/// number in the tile)`. Rays belong to the batches in turn, whose spread is the error.
+fn add(tile: &[usize], [batches, rays]: [usize; 2], pictures: &mut [Pixels], shown: &(dyn Fn(usize, usize, usize) -> [f32; 3] + Sync)) {
+    pictures.par_iter_mut().enumerate().for_each(|(sun, picture)| {
+        let mut luminance = vec![0.0f64; batches];
+        for (i, &pixel) in tile.iter().enumerate() {
+            let mut value = [0.0f32; 3];
+            luminance.fill(0.0);
+            for ray in 0..rays {
+                let shown = shown(sun, ray, i);
+                for c in 0..3 {
+                    value[c] += shown[c] / rays as f32;
+                    luminance[ray % batches] += ILLUMINANCE_WEIGHTS[c] * f64::from(shown[c]) * (batches as f64 / rays as f64);
                 }
             }
-        });
-    }
-    Ok(())
+            if value.iter().any(|v| *v > 0.0) {
+                let (sum, error) = picture.entry(pixel as u32).or_default();
+                (0..3).for_each(|c| sum[c] += value[c]);
+                *error = error.hypot(standard_error_of_mean(&luminance) as f32);
+            }
+        }
+    });
 }
 
 /// Standard error of the mean of independent values; 0 of less than two.
@@ -223,75 +286,5 @@ fn pixel_ray(tables: &TraceTables, raster: &Raster, samples: &PixelSamples, pixe
     )
 }
 
-/// Discs seen through shades, each point of a disc laid on the pixel it falls into.
-fn discs(
-    device: &Device,
-    raster: &Raster,
-    tracer: &SunTracer<'_>,
-    suns: &[Sun],
-    statistics: &mut TraceStatistics,
-    pictures: &mut [Pixels],
-) -> Result<()> {
-    let solid_angles = raster.solid_angles();
-    // Rays with the sun and the pixel they belong to, and what they add there.
-    let mut rays: Vec<SunRay> = Vec::new();
-    let mut places: Vec<(usize, u32, f32)> = Vec::new();
-    for (number, sun) in suns.iter().enumerate() {
-        let points = if sun.radius == 0.0 { 1 } else { DISC_POINTS };
-        for direction in disc(sun, points) {
-            let Some((column, row)) = raster.pixel_of(direction) else { continue };
-            if !raster.is_seen(column, row) {
-                continue;
-            }
-            let pixel = row * raster.width() + column;
-            let omega = if solid_angles[pixel] > 0.0 { solid_angles[pixel] } else { raster.plain_solid_angle(column, row) };
-            let Some(eye) = raster.ray(column, row) else { continue };
-            if omega <= 0.0 {
-                continue;
-            }
-            rays.push(SunRay {
-                origin: tracer.point(eye.origin).to_array(),
-                direction: direction.as_vec3().normalize().to_array(),
-                ..SunRay::default()
-            });
-            places.push((number, pixel as u32, (sun.solid_angle() / points as f64 / omega) as f32));
-        }
-    }
-    for (rays, places) in rays.chunks(MOST_RAYS).zip(places.chunks(MOST_RAYS)) {
-        let passed = transmitted(device, tracer, rays, statistics)?;
-        for ((sun, pixel, share), passed) in places.iter().zip(passed) {
-            if passed[0] + passed[1] + passed[2] > 0.0 {
-                let (value, _) = pictures[*sun].entry(*pixel).or_default();
-                for c in 0..3 {
-                    value[c] += passed[c] * share;
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-fn transmitted(device: &Device, tracer: &SunTracer<'_>, rays: &[SunRay], statistics: &mut TraceStatistics) -> Result<Vec<[f32; 4]>> {
-    let params = SunRayParams { rays: rays.len() as u32, gates: tracer.gates().1, padding0: 0, padding1: 0 };
-    let params = device.uniform("rays to suns", &params)?;
-    let buffer = device.upload("rays to suns", rays)?;
-    let passed = device.zeros::<[f32; 4]>("light of suns", rays.len())?;
-    let kernel = Kernel::new(device, "trace/sun_rays", &[], &tracer.panes())?;
-    let own = [("params", &params), ("rays", &buffer), ("passed", &passed), ("gates", tracer.gates().0)];
-    let groups = device.grid((rays.len() as u64).div_ceil(64))?;
-    tracer.run_in(tracer.scene(), &kernel, &own, groups, rays.len() as u64, statistics)?;
-    device.read(&passed)
-}
-
-/// Points of a disc, evenly spread (golden spiral), uniform in solid angle.
-fn disc(sun: &Sun, points: usize) -> impl Iterator<Item = DVec3> {
-    let x = sun.direction.any_orthonormal_vector();
-    let y = sun.direction.cross(x);
-    let (direction, whole) = (sun.direction, sun.chord());
-    (0..points).map(move |i| {
-        let chord = whole * ((i as f64 + 0.5) / points as f64).sqrt();
-        let sine = chord * (1.0 - chord * chord / 4.0).sqrt();
-        let phi = TAU * 0.618_033_988_749_895 * i as f64;
-        (x * (phi.cos() * sine) + y * (phi.sin() * sine) + direction * (1.0 - chord * chord / 2.0)).normalize()
-    })
-}
+#[cfg(test)]
+mod tests;

@@ -242,20 +242,23 @@ fn a_picture_holds_the_disc_and_the_patch_that_the_sun_lights() {
     black.quad([[0.0, 0.0, 0.01], [4.0, 0.0, 0.01], [4.0, 5.0, 0.01], [0.0, 5.0, 0.01]], dark);
     let shaded = [(w, Vec::new())];
     let first_shade = lit.scene.materials.len() as u32;
-    let models = Models { lit: &lit.scene, black: &black.scene, first_shade, shaded: &shaded };
+    let models = Models { lit: &lit.scene, black: &black.scene, first_shade, shaded: &shaded, panes: &[] };
     let eye = DVec3::new(1.5, 2.0, 1.2);
     let view = crate::camera::View::parse("-vta -vp 1.5 2.0 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180").unwrap();
-    let options = SunOptions { disc_samples: 4, paths: 1, ..SunOptions::default() }.direct();
+    let slats = SunOptions { disc_samples: 4, paths: 1, ..SunOptions::default() }.direct();
+    let options = pixels::PixelOptions { slats, panes: Default::default() };
     // Seen through the window; and one that only lights the floor.
     let suns = [Sun::new(DVec3::new(0.1, -1.0, 0.3)), Sun::new(DVec3::new(0.0, -1.0, 1.2))];
     for size in [64, 200] {
         let raster = crate::camera::Raster::fit(view.camera().unwrap(), size, size, 1.0).unwrap();
         let pictures = pixels::compute(&device, &models, &raster, &suns, &options, &Silent, &mut Default::default()).unwrap();
-        let omega = raster.solid_angles();
+        let omega = crate::glare::PixelGeometry::new(&raster).unwrap().projected_solid_angles;
         let direction = |pixel: usize| raster.ray(pixel % raster.width(), pixel / raster.width()).unwrap().direction;
         let above = |p: &&(u32, [f32; 3])| direction(p.0 as usize).z > 0.0;
         let disc: f64 = pictures[0].pixels.iter().filter(above).map(|(p, v)| f64::from(v[1]) * omega[*p as usize]).sum();
-        assert!((disc / suns[0].solid_angle() - 1.0).abs() < 1e-3, "{size}: {disc:e} of {:e}", suns[0].solid_angle());
+        // Its illuminance at the eye, wherever in a pixel it stands.
+        let whole = -suns[0].direction.y * suns[0].solid_angle();
+        assert!((disc / whole - 1.0).abs() < 1e-3, "{size}: {disc:e} of {whole:e}");
         assert_eq!(pictures[1].pixels.iter().filter(above).count(), 0, "the high sun is hidden by the lintel");
         for (sun, picture) in suns.iter().zip(&pictures) {
             let bright = 0.4 / std::f64::consts::PI * sun.solid_angle() * sun.direction.z;

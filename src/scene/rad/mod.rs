@@ -12,17 +12,20 @@
 //! | source | [`DistantSource`] |
 //! | plastic, metal, trans, glass, mirror, light, glow, void, alias | [`MaterialKind`] |
 //! | patterns and textures (colorpict, brightfunc, texfunc, …) | left out with a warning |
+//! | `BSDF` with a thickness, in a shade | [`ProxiedPane`] |
 //! | any other material, mixture, instance, mesh | an error where a surface uses it |
 
 mod command;
 mod generators;
 mod modifiers;
+mod proxies;
 mod reader;
 mod surfaces;
 mod syntax;
 mod windows;
 mod xform;
 
+pub use proxies::ProxiedPane;
 pub(super) use syntax::shortened;
 pub use windows::read_windows;
 
@@ -38,6 +41,20 @@ use xform::Placement;
 
 /// Most triangles of one scene; more would not fit the memory of usual machines and devices.
 const MAX_TRIANGLES: usize = 50_000_000;
+
+/// As [`read_scene`], for what the sun is traced through. Surfaces of a `BSDF` with a thickness are not part
+/// of the scene but told apart: the sun and the eye pass them and meet the geometry they stand for.
+///
+/// # Errors
+/// As [`read_scene`]; a `BSDF` without thickness, which scatters the sun itself.
+pub fn read_shade(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<(Scene, Vec<ProxiedPane>)> {
+    let mut sink = SceneSink { proxies: Some(Vec::new()), ..SceneSink::default() };
+    let mut reader = Reader::new(base);
+    for file in files {
+        reader.read(file, &mut sink, warnings)?;
+    }
+    Ok((sink.scene, sink.proxies.unwrap_or_default()))
+}
 
 /// Reads scene files in the given order, as `oconv` would: a modifier means its latest definition
 /// before the place of use, also across files. Paths are relative to `base`; so are those in
@@ -89,6 +106,8 @@ pub(super) fn material(text: &str, file: &Path, warnings: &mut Warnings) -> Resu
 struct SceneSink {
     scene: Scene,
     modifiers: Modifiers,
+    /// Where panes that stand for geometry go, if they are known here.
+    proxies: Option<Vec<ProxiedPane>>,
 }
 
 impl Sink for SceneSink {
@@ -127,6 +146,13 @@ impl Sink for SceneSink {
             }
             Geometry::Triangles(triangles) => {
                 if triangles.is_empty() {
+                    return Ok(());
+                }
+                if let (Some(proxies), Some(definition)) = (&mut self.proxies, &modifier)
+                    && let Some(bsdf) = definition.thick_bsdf()?
+                {
+                    let origin = SurfaceOrigin { name, file: file.to_path_buf(), line: object.line };
+                    proxies.push(ProxiedPane::new(&bsdf, triangles, placement, origin).map_err(at)?);
                     return Ok(());
                 }
                 let material = self.modifiers.material(modifier.as_ref(), &mut self.scene.materials, warnings).map_err(at)?;

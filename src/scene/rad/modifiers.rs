@@ -2,6 +2,7 @@
 //!
 //! As in Radiance a name means its latest definition *before* the place where it is used.
 
+use super::proxies::ThickBsdf;
 use super::syntax::{MaterialType, Object, ObjectType};
 use crate::error::{Error, Result, Warnings};
 use crate::scene::{Material, MaterialIndex, MaterialKind};
@@ -26,6 +27,19 @@ pub struct Definition {
     scale: f64,
     modifier: Option<Rc<Definition>>,
     material: Cell<Option<MaterialIndex>>,
+}
+
+impl Definition {
+    /// The `BSDF` with a thickness that this is, if it is one.
+    ///
+    /// # Errors
+    /// Arguments that are missing, or that only a function file would give.
+    pub fn thick_bsdf(&self) -> Result<Option<ThickBsdf>> {
+        if self.object.kind.word() != "BSDF" {
+            return Ok(None);
+        }
+        ThickBsdf::read(&self.object.strings, self.scale).map_err(|e| self.object.at(e, &self.file))
+    }
 }
 
 /// All definitions so far.

@@ -70,6 +70,13 @@ fn thousands_of_slats_and_black_rooms_are_read() {
     assert_eq!(scene.materials[0].name, "black");
     let error = read(&["materials.rad", "blinds/blindsWithProxy.rad"], &room).unwrap_err().to_string();
     assert!(error.contains("BSDF") && error.contains("blindsWithProxy.rad:1"), "{error}");
+    // What the sun is traced through: the slats, which lie in the slabs of their two BSDF faces.
+    let files = ["materials.rad", "blinds/blindsWithProxy.rad"].map(PathBuf::from);
+    let (shade, panes) = super::read_shade(&files, &room, &mut Warnings::new()).unwrap();
+    assert_eq!(panes.iter().map(|p| p.thickness).collect::<Vec<_>>(), [0.0486638865, -0.0486638865]);
+    assert!(shade.triangles.len() > 100 && shade.materials.iter().all(|m| !m.name.ends_with("Poly")));
+    let outside = |p| panes.iter().map(|pane| pane.outside(p)).fold(f64::INFINITY, f64::min);
+    assert!(shade.triangles.iter().flat_map(|t| t.vertices).all(|p| outside(p) < 1e-4));
 }
 
 /// Pseudo-random numbers in 0…1, the same in every run.

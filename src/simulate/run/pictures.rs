@@ -10,11 +10,15 @@ use crate::matrix::file::read_matrix;
 use crate::scene::Window;
 use crate::simulate::estimate::Estimate;
 use crate::simulate::fingerprint::Fingerprint;
-use crate::simulate::five_phase::{FivePhase, is_shaded, transmitted_where};
+use crate::simulate::five_phase::{FivePhase, add_scattering_data, is_sunny, transmitted_where};
+use crate::simulate::glare::{FiveGlare, GlareJob, GlareSummary};
 use crate::simulate::glare_section::GlareMethod;
 use crate::simulate::multiply::lit_columns;
+use crate::simulate::picture_sets;
 use crate::simulate::presets::image_options;
 use crate::simulate::summary::{MatrixSummary, ViewSummary};
+use crate::simulate::sun_pictures::{SunPictureJob, SunPictures};
+use crate::simulate::suns::SunSet;
 use crate::simulate::uncertainty::Chain;
 use crate::simulate::views::{ImageHours, ViewJob, ViewSection};
 use std::time::Instant;
@@ -69,21 +73,25 @@ impl Run<'_> {
             let eye_error = self.view_matrix(product, view, &windows, asked.as_deref())?;
             self.warn_of_view(view, eye_error, warnings);
             let hours = self.project.images.hours.chosen(sky)?;
+            let components = self.project.images.components;
             let mut suns = None;
             if let Some(five) = five
-                && self.inputs.windows.iter().any(is_shaded)
-                && !hours.is_empty()
+                && self.inputs.windows.iter().any(is_sunny)
+                && (!hours.is_empty() || components)
             {
                 let clock = Instant::now();
                 let mut statistics = TraceStatistics::default();
-                // The suns of all hours at once, if glare will need them.
+                // The suns of all hours at once, if glare or their pictures will need them.
                 let glare = self.project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
-                let needed = if glare { lit_columns(sky) } else { hours.clone() };
+                let needed = if glare || components { lit_columns(sky) } else { hours.clone() };
                 suns = Some(self.sun_pictures(five.suns(), view, &needed, &mut statistics)?);
                 self.count(statistics, clock);
             }
+            if components {
+                picture_sets::export(self.store, &view.name, five.map(FivePhase::suns).zip(suns.as_ref()))?;
+            }
             let transmissions: Vec<&Matrix<f64>> = self.inputs.windows.iter().map(|w| &w.transmission).collect();
-            let shaded = transmitted_where(self.inputs, &transmissions, daylight_direct, &is_shaded)?;
+            let shaded = transmitted_where(self.inputs, &transmissions, daylight_direct, &is_sunny)?;
             let five = five.zip(suns.as_ref()).map(|(five, suns)| (five, &shaded, suns));
             let job = self.view_job(view, &windows, 1);
             let pictures = job.pictures(multiplier, transmitted, sky, &hours, five, warnings)?;
@@ -174,5 +182,57 @@ impl Run<'_> {
             };
             warnings.push(Error::new(message).file(&self.project.file).field("quality").help(help));
         }
+    }
+
+    /// What the suns of these hours put into the pictures of a view.
+    fn sun_pictures(&self, suns: &SunSet, view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics) -> Result<SunPictures> {
+        let job = SunPictureJob {
+            device: self.device,
+            project: self.project,
+            inputs: self.inputs,
+            suns,
+            store: self.store,
+            progress: self.progress,
+        };
+        let mut inputs = self.scene_fingerprint("C of pictures");
+        for window in &self.inputs.windows {
+            inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
+        }
+        add_scattering_data(self.project, &mut inputs)?;
+        job.compute(view, &view.raster()?, hours, inputs, statistics)
+    }
+
+    /// Annual glare of all views, if the project asks for it.
+    pub(super) fn glare(
+        &mut self,
+        multiplier: &dyn Multiplier,
+        [daylight, daylight_direct, daylight_error]: [&[Matrix<f32>]; 3],
+        sky: &Matrix<f32>,
+        five: Option<&FivePhase<'_>>,
+        warnings: &mut Warnings,
+    ) -> Result<Option<GlareSummary>> {
+        let Some(section) = &self.project.glare else { return Ok(None) };
+        let mut statistics = TraceStatistics::default();
+        let five = five.map(|terms| (terms, self.scene_fingerprint("C")));
+        let pictures = |view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics| {
+            let Some((terms, _)) = &five else { return Err(Error::new("suns are traced by five phases only")) };
+            self.sun_pictures(terms.suns(), view, hours, statistics)
+        };
+        let job = GlareJob {
+            device: self.device,
+            project: self.project,
+            inputs: self.inputs,
+            store: self.store,
+            progress: self.progress,
+            daylight,
+            daylight_direct,
+            daylight_error,
+            sky,
+            view_inputs: &|kind| self.view_fingerprint(kind),
+            five: five.map(|(terms, sun_inputs)| FiveGlare { terms, sun_inputs, sun_pictures: &pictures }),
+        };
+        let summary = job.run(section, multiplier, &mut statistics, warnings)?;
+        self.statistics.add(statistics);
+        Ok(Some(summary))
     }
 }

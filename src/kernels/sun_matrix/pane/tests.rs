@@ -14,11 +14,11 @@ use crate::scene::MaterialKind;
 use crate::testing;
 use std::f64::consts::PI;
 
-fn klems(b: KlemsBasis) -> Block {
+pub(crate) fn klems(b: KlemsBasis) -> Block {
     Block::Klems(KlemsMatrix::from_fn(&b.into(), |o, i| 0.02 + ((o * 145 + i) as f64 * 0.618_034).fract().powi(4) * 0.3))
 }
 
-fn scattering(block: Block) -> Scattering {
+pub(crate) fn scattering(block: Block) -> Scattering {
     Scattering::of_blocks(&Blocks { transmission_front: Some(block), ..Blocks::default() }).unwrap()
 }
 
@@ -27,7 +27,7 @@ fn sun(x: f64, y: f64, z: f64) -> Sun {
 }
 
 /// A window in the south, 2 m × 1 m, with a shelf inside and a fin outside.
-fn room() -> (Scene, Window) {
+pub(crate) fn room() -> (Scene, Window) {
     let mut b = Builder::default();
     let grey = b.grey(0.5);
     b.quad([[-1.0, 0.1, 1.5], [0.4, 0.1, 1.5], [0.4, 0.6, 1.5], [-1.0, 0.6, 1.5]], grey);
@@ -44,7 +44,7 @@ fn suns() -> Vec<Sun> {
     vec![sun(0.3, -0.7, 0.5), sun(-0.5, -0.6, 0.4), sun(0.05, -0.3, 0.9), sun(0.2, 0.7, 0.3), sun(0.7, -0.5, 0.1)]
 }
 
-fn is_blocked(scene: &Scene, from: DVec3, direction: DVec3, most: f64) -> bool {
+pub(crate) fn is_blocked(scene: &Scene, from: DVec3, direction: DVec3, most: f64) -> bool {
     scene.triangles.iter().any(|t| {
         let [a, b, c] = t.vertices;
         let p = direction.cross(c - a);
@@ -58,9 +58,9 @@ fn is_blocked(scene: &Scene, from: DVec3, direction: DVec3, most: f64) -> bool {
     })
 }
 
-/// The definition: a fine grid over the window and the sun's disc.
-fn reference(scene: &Scene, w: &Window, s: &Scattering, sensor: &Sensor, sun: &Sun) -> f64 {
-    let (n, normal) = (160usize, sensor.direction.normalize());
+/// The definition: a fine grid over the window (`n` columns) and the sun's disc.
+pub(crate) fn reference(scene: &Scene, w: &Window, s: &Scattering, sensor: &Sensor, sun: &Sun, n: usize) -> f64 {
+    let normal = sensor.direction.normalize();
     let mut random = Random(3);
     let mut sum = 0.0;
     for k in 0..n * n / 2 {
@@ -103,7 +103,7 @@ fn all_kinds_of_data_agree_with_the_definition() {
         let found = compute(&device, &scene, &panes, &sensors(), &suns(), &options, &Silent).unwrap();
         for (i, sensor) in sensors().iter().enumerate() {
             for (j, sun) in suns().iter().enumerate() {
-                let wanted = reference(&scene, &w, &s, sensor, sun);
+                let wanted = reference(&scene, &w, &s, sensor, sun, 160);
                 let value = f64::from(found.total.at(i, j)[0]);
                 let error = f64::from(found.standard_error.at(i, j)[0]);
                 assert!((value - wanted).abs() <= 4.0 * error + 0.012 * wanted, "{name} {i} {j}: {value} ± {error}, {wanted}");
@@ -189,7 +189,7 @@ fn cells_crossed_by_the_edge_of_a_shadow_bring_no_bias() {
 }
 
 /// 0.1 diffuse and 0.6 straight through, on 32 cells per side.
-fn peaked() -> Scattering {
+pub(crate) fn peaked() -> Scattering {
     let n = 32usize;
     let grid: Vec<f32> =
         (0..n.pow(4)).map(|k| (0.1 / PI + if k / (n * n) == k % (n * n) { 0.6 * (n * n) as f64 / PI } else { 0.0 }) as f32).collect();
@@ -282,7 +282,7 @@ fn the_facade_shows_what_receivers_gather() {
 }
 
 /// The tutorial's room and its window.
-fn tutorial(folder: &std::path::Path) -> (Scene, Window, Vec<Sensor>) {
+pub(crate) fn tutorial(folder: &std::path::Path) -> (Scene, Window, Vec<Sensor>) {
     let mut warnings = Warnings::new();
     let files = ["materials.rad", "room.rad"].map(std::path::PathBuf::from);
     let scene = crate::scene::read_scene(&files, folder, &mut warnings).unwrap();
@@ -292,7 +292,7 @@ fn tutorial(folder: &std::path::Path) -> (Scene, Window, Vec<Sensor>) {
 }
 
 /// The suns of the reference data.
-fn reference_suns(shared: &std::path::Path) -> Vec<Sun> {
+pub(crate) fn reference_suns(shared: &std::path::Path) -> Vec<Sun> {
     let text = std::fs::read_to_string(shared.join("data/reference/fivephase/suns_sel.rad")).unwrap();
     let number = |w: &str| w.parse::<f64>().unwrap();
     let line = |l: &str| {
@@ -398,11 +398,10 @@ fn suns_that_fill_a_patch_give_the_three_phase_direct_part_of_a_klems_pane() {
 /// Independent repetitions, here and in `rcontrib`, whose spread is the error.
 const REPEATS: usize = 12;
 
-/// `rcontrib` with the pane as a BSDF, its direct calculation without blurring (`-ss 0`): `[repeat][sensor][sun]`.
-fn rcontrib(shared: &std::path::Path, bsdf: &Bsdf, sensors: &[Sensor], suns: &[Sun], divisions: usize) -> Option<Vec<Vec<f64>>> {
-    let folder = tempfile::tempdir().unwrap();
+/// Writes the tutorial's room with the pane as a BSDF and the suns into `folder`: `room.oct`, `suns.mod`.
+pub(crate) fn octree(shared: &std::path::Path, folder: &std::path::Path, room: [&str; 2], bsdf: &Bsdf, suns: &[Sun]) -> Option<()> {
     let data = shared.join("data");
-    let file = |name: &str| folder.path().join(name);
+    let file = |name: &str| folder.join(name);
     write(Some(&file("pane.xml")), bsdf, "").unwrap();
     let glazing = std::fs::read_to_string(data.join("reference/fivephase/GlazingT4.rad")).unwrap();
     let glazing = glazing.replace("../../tutorial_room/bsdf/blinds_correct_t4.xml", file("pane.xml").to_str().unwrap());
@@ -416,23 +415,33 @@ fn rcontrib(shared: &std::path::Path, bsdf: &Bsdf, sensors: &[Sensor], suns: &[S
     std::fs::write(file("suns.rad"), lights).unwrap();
     std::fs::write(file("suns.mod"), names).unwrap();
     let mut oconv = testing::radiance("oconv")?;
-    oconv
-        .current_dir(data.join("tutorial_room"))
-        .args(["-f", "materialBlack.rad", "roomBlack.rad"])
-        .arg(file("pane.rad"))
-        .arg(file("suns.rad"));
+    oconv.current_dir(data.join("tutorial_room")).arg("-f").args(room).arg(file("pane.rad")).arg(file("suns.rad"));
     std::fs::write(file("room.oct"), testing::output(&mut oconv)).unwrap();
+    Some(())
+}
+
+/// What `rcontrib` finds for lines of `rays` in a room of [`octree`], RGB per unit radiance of the suns,
+/// `[ray][sun][rgb]`. Its direct calculation without blurring (`-ss 0`), suns as points.
+pub(crate) fn rcontrib_of(folder: &std::path::Path, rays: &str, options: &[&str], divisions: usize) -> Option<Vec<f64>> {
+    let file = |name: &str| folder.join(name);
+    std::fs::write(file("points"), rays).unwrap();
+    let mut command = testing::radiance("rcontrib")?;
+    command.args(["-h", "-V+", "-ab", "1", "-lw", "1e-8", "-dc", "1", "-dt", "0", "-dj", "0", "-st", "1", "-ss", "0"]);
+    command.args(options).args(["-ad", &divisions.to_string(), "-M"]).arg(file("suns.mod")).arg(file("room.oct"));
+    command.stdin(std::fs::File::open(file("points")).unwrap());
+    let text = String::from_utf8(testing::output(&mut command)).unwrap();
+    Some(text.split_whitespace().map(|w| w.parse::<f64>().unwrap() / 1e6).collect())
+}
+
+/// Sensors in the black room: `[repeat][sensor][sun]`.
+fn rcontrib(shared: &std::path::Path, bsdf: &Bsdf, sensors: &[Sensor], suns: &[Sun], divisions: usize) -> Option<Vec<Vec<f64>>> {
+    let folder = tempfile::tempdir().unwrap();
+    octree(shared, folder.path(), ["materialBlack.rad", "roomBlack.rad"], bsdf, suns)?;
     let line = |s: &Sensor| {
         let (p, d) = (s.position, s.direction);
         format!("{} {} {} {} {} {}\n", p.x, p.y, p.z, d.x, d.y, d.z).repeat(REPEATS)
     };
-    std::fs::write(file("points"), sensors.iter().map(line).collect::<String>()).unwrap();
-    let mut command = testing::radiance("rcontrib")?;
-    command.args(["-h", "-V+", "-I+", "-ab", "1", "-lw", "1e-8", "-dc", "1", "-dt", "0", "-dj", "0", "-st", "1", "-ss", "0"]);
-    command.args(["-ad", &divisions.to_string(), "-M"]).arg(file("suns.mod")).arg(file("room.oct"));
-    command.stdin(std::fs::File::open(file("points")).unwrap());
-    let text = String::from_utf8(testing::output(&mut command)).unwrap();
-    let values: Vec<f64> = text.split_whitespace().map(|w| w.parse::<f64>().unwrap() / 1e6).collect();
+    let values = rcontrib_of(folder.path(), &sensors.iter().map(line).collect::<String>(), &["-I+"], divisions)?;
     assert_eq!(values.len(), sensors.len() * REPEATS * suns.len() * 3);
     let cell = |repeat: usize, k: usize| values[((k / suns.len() * REPEATS + repeat) * suns.len() + k % suns.len()) * 3];
     Some((0..REPEATS).map(|r| (0..sensors.len() * suns.len()).map(|k| cell(r, k)).collect()).collect())

@@ -15,7 +15,7 @@ use crate::scene::{Scene, Window};
 use glam::Vec3;
 
 /// The scene on the device, and the suns that can reach a pane.
-pub(super) struct PaneTracer<'d> {
+pub(in super::super) struct PaneTracer<'d> {
     device: &'d Device,
     options: PaneOptions,
     pub(super) tables: TraceTables,
@@ -31,6 +31,22 @@ pub(super) struct PaneTracer<'d> {
     is_clear: bool,
 }
 
+/// Suns whose light at the panes' cells is known.
+pub(in super::super) struct SunsAtPanes {
+    shared: Shared,
+    suns: Buffer,
+    ends: Buffer,
+    count: usize,
+}
+
+/// Receivers, or points of the façade, on the device.
+pub(in super::super) struct Tile<'a> {
+    pub receivers: &'a Buffer,
+    pub count: usize,
+    /// From one batch to the next; 0 if all batches share them.
+    pub batch_stride: u32,
+}
+
 /// Buffers that every kernel of this module binds.
 struct Shared {
     panes: Buffer,
@@ -40,13 +56,7 @@ struct Shared {
 }
 
 impl<'d> PaneTracer<'d> {
-    pub(super) fn new(
-        device: &'d Device,
-        scene: &Scene,
-        windows: &[(Window, PaneBsdf)],
-        suns: &[Sun],
-        options: &PaneOptions,
-    ) -> Result<Self> {
+    pub fn new(device: &'d Device, scene: &Scene, windows: &[(Window, PaneBsdf)], suns: &[Sun], options: &PaneOptions) -> Result<Self> {
         if options.batches < 2 {
             return Err(Error::new("at least two batches are needed for a standard error"));
         }
@@ -107,7 +117,7 @@ impl<'d> PaneTracer<'d> {
         Receiver { position: beside.to_array(), number: number as u32, normal: normal.to_array(), padding1: 0 }
     }
 
-    fn params(&self, receivers: usize, suns: usize) -> PaneParams {
+    fn params(&self, receivers: usize, suns: usize, batch_stride: u32) -> PaneParams {
         PaneParams {
             seed: stream_seed(self.options.seed, 0, 0x7061_6e65),
             receivers: receivers as u32,
@@ -116,6 +126,8 @@ impl<'d> PaneTracer<'d> {
             batches: self.options.batches,
             panes: self.panes.len() as u32,
             disc_samples: self.options.disc_samples.max(1),
+            batch_stride,
+            part_angle: self.options.part_angle,
             ..PaneParams::default()
         }
     }
@@ -154,145 +166,174 @@ impl<'d> PaneTracer<'d> {
         Ok(())
     }
 
-    pub(super) fn run(&self, receivers: &[Receiver], result: &mut PaneSun, progress: &dyn Progress) -> Result<()> {
-        let (all, panes) = (self.cells.len(), self.panes.len());
-        let batches = self.options.batches as usize;
-        let kernels = [
-            self.kernel("trace/pane_suns")?,
-            self.kernel("trace/pane_receivers")?,
-            Kernel::new(self.device, "trace/pane_gather", &[], &[])?,
-        ];
-        let clear = self.kernel("trace/pane_clear")?;
+    /// The suns that can reach a pane, in chunks that fit memory.
+    pub fn chunks_of_suns(&self) -> Result<Plan> {
+        let sun_bytes = (self.cells.len() * size_of::<PaneEnd>()) as u64;
+        Ok(Plan::new(self.device, self.options.memory / 2, self.active.len(), &[sun_bytes], &[], 1)?.at_most(MOST_ROWS))
+    }
+
+    /// Tiles of receivers that fit memory beside so many suns.
+    pub fn tiles(&self, receivers: usize, suns: usize) -> Result<Plan> {
+        let passed = (self.cells.len() * size_of::<PaneEnd>() / 2) as u64;
+        let cells = (suns * self.options.batches as usize * 12) as u64;
+        Ok(Plan::new(self.device, self.options.memory / 2, receivers, &[passed, cells, cells], &[], 1)?.at_most(MOST_ROWS))
+    }
+
+    /// Columns of the suns that can reach a pane.
+    pub fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// Finds the cells that suns reach: `count` of the active ones from `first`.
+    pub fn suns_at_panes(&self, first: usize, count: usize, statistics: &mut TraceStatistics) -> Result<SunsAtPanes> {
+        let panes = self.panes.len();
+        let all = self.cells.len();
         let shared = self.shared()?;
-        let sun_bytes = (all * size_of::<PaneEnd>()) as u64;
-        let suns = Plan::new(self.device, self.options.memory / 2, self.active.len(), &[sun_bytes], &[], 1)?.at_most(MOST_ROWS);
-        let cells = (suns.rows_per_chunk() * batches * 12) as u64;
-        let rows =
-            Plan::new(self.device, self.options.memory / 2, receivers.len(), &[sun_bytes / 2, cells, cells], &[], 1)?.at_most(MOST_ROWS);
-        let steps = (self.active.len() * receivers.len()).max(1) as f64;
-        let mut done = 0usize;
-        for sun_chunk in suns.chunks() {
-            let records = &self.suns[sun_chunk.first * panes..(sun_chunk.first + sun_chunk.count) * panes];
-            let sun_buffer = self.device.upload("suns", records)?;
-            let sun_ends = self.device.zeros::<PaneEnd>("suns at cells", if self.scatters { sun_chunk.count * all } else { 0 })?;
-            if self.scatters {
-                let params = self.device.uniform("parameters", &self.params(0, sun_chunk.count))?;
+        let suns = self.device.upload("suns", &self.suns[first * panes..(first + count) * panes])?;
+        let ends = self.device.zeros::<PaneEnd>("suns at cells", if self.scatters { count * all } else { 0 })?;
+        if self.scatters {
+            let params = self.device.uniform("parameters", &self.params(0, count, 0))?;
+            let own = [
+                ("params", &params),
+                ("panes", &shared.panes),
+                ("cells", &shared.cells),
+                ("suns", &suns),
+                ("ends", &ends),
+                ("bsdf_words", &shared.words),
+            ];
+            self.dispatch(&self.kernel("trace/pane_suns")?, true, &own, &shared, [all, count, 1], "suns at panes", statistics)?;
+        }
+        Ok(SunsAtPanes { shared, suns, ends, count })
+    }
+
+    /// Light that receivers get: scattered, and clear, each `[batch][sun][receiver][rgb]` or empty if
+    /// there is none.
+    pub fn gather(
+        &self,
+        suns: &SunsAtPanes,
+        tile: &Tile<'_>,
+        progress: &dyn Progress,
+        statistics: &mut TraceStatistics,
+    ) -> Result<[Vec<f32>; 2]> {
+        let (all, batches) = (self.cells.len(), self.options.batches as usize);
+        let shared = &suns.shared;
+        let sums = self.device.zeros::<f32>("sun matrix", batches * suns.count * tile.count * 3)?;
+        let mut params = self.params(tile.count, suns.count, tile.batch_stride);
+        let uniform = self.device.uniform("parameters", &params)?;
+        let mut parts: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
+        if self.scatters {
+            let passed = self.device.zeros::<[f32; 4]>("receivers at cells", tile.count * all)?;
+            let own = [
+                ("params", &uniform),
+                ("panes", &shared.panes),
+                ("cells", &shared.cells),
+                ("receivers", tile.receivers),
+                ("passed", &passed),
+            ];
+            self.dispatch(
+                &self.kernel("trace/pane_receivers")?,
+                true,
+                &own,
+                shared,
+                [tile.count, all, 1],
+                "receivers at panes",
+                statistics,
+            )?;
+            let kernel = Kernel::new(self.device, "trace/pane_gather", &[], &[])?;
+            let grid = [tile.count, suns.count.div_ceil(GATHERED_SUNS), batches];
+            while params.end_cell < params.cells {
+                params.first_cell = params.end_cell;
+                params.end_cell = (params.first_cell + GATHERED_CELLS).min(params.cells);
+                let params = self.device.uniform("parameters", &params)?;
                 let own = [
                     ("params", &params),
                     ("panes", &shared.panes),
                     ("cells", &shared.cells),
-                    ("suns", &sun_buffer),
-                    ("ends", &sun_ends),
+                    ("suns", &suns.suns),
+                    ("passed", &passed),
+                    ("receivers", tile.receivers),
+                    ("sun_ends", &suns.ends),
                     ("bsdf_words", &shared.words),
+                    ("sums", &sums),
                 ];
-                self.dispatch(&kernels[0], true, &own, &shared, [all, sun_chunk.count, 1], "suns at panes", &mut result.statistics)?;
-            }
-            for chunk in rows.chunks() {
-                progress.update("sun matrix through panes", done as f64 / steps);
+                self.dispatch(&kernel, false, &own, shared, grid, "gathering over panes", statistics)?;
                 if progress.stop_requested() {
                     return Err(cancelled());
                 }
-                let tile = &receivers[chunk.first..chunk.first + chunk.count];
-                let receiver_buffer = self.device.upload("receivers", tile)?;
-                let params = self.device.uniform("parameters", &self.params(tile.len(), sun_chunk.count))?;
-                let cells = batches * sun_chunk.count * tile.len() * 3;
-                let sums = self.device.zeros::<f32>("sun matrix", cells)?;
-                let grid = [tile.len(), sun_chunk.count, batches];
-                let mut parts: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
-                if self.scatters {
-                    let passed = self.device.zeros::<[f32; 4]>("receivers at cells", tile.len() * all)?;
-                    let own = [
-                        ("params", &params),
-                        ("panes", &shared.panes),
-                        ("cells", &shared.cells),
-                        ("receivers", &receiver_buffer),
-                        ("passed", &passed),
-                    ];
-                    self.dispatch(&kernels[1], true, &own, &shared, [tile.len(), all, 1], "receivers at panes", &mut result.statistics)?;
-                    let grid = [tile.len(), sun_chunk.count.div_ceil(GATHERED_SUNS), batches];
-                    let mut params = self.params(tile.len(), sun_chunk.count);
-                    while params.end_cell < params.cells {
-                        params.first_cell = params.end_cell;
-                        params.end_cell = (params.first_cell + GATHERED_CELLS).min(params.cells);
-                        let params = self.device.uniform("parameters", &params)?;
-                        let own = [
-                            ("params", &params),
-                            ("panes", &shared.panes),
-                            ("cells", &shared.cells),
-                            ("suns", &sun_buffer),
-                            ("passed", &passed),
-                            ("receivers", &receiver_buffer),
-                            ("sun_ends", &sun_ends),
-                            ("bsdf_words", &shared.words),
-                            ("sums", &sums),
-                        ];
-                        self.dispatch(&kernels[2], false, &own, &shared, grid, "gathering over panes", &mut result.statistics)?;
-                        if progress.stop_requested() {
-                            return Err(cancelled());
-                        }
-                    }
-                    parts[0] = self.device.read_finite(&sums)?;
-                }
-                if self.is_clear {
-                    let own = [
-                        ("params", &params),
-                        ("panes", &shared.panes),
-                        ("receivers", &receiver_buffer),
-                        ("suns", &sun_buffer),
-                        ("sums", &sums),
-                    ];
-                    self.dispatch(&clear, true, &own, &shared, grid, "suns seen through panes", &mut result.statistics)?;
-                    parts[1] = self.device.read_finite(&sums)?;
-                }
-                self.collect(&parts, chunk.first, tile.len(), sun_chunk.first, sun_chunk.count, result);
-                done += tile.len() * sun_chunk.count;
             }
+            parts[0] = self.device.read_finite(&sums)?;
         }
-        progress.update("sun matrix through panes", 1.0);
-        Ok(())
+        if self.is_clear {
+            let own =
+                [("params", &uniform), ("panes", &shared.panes), ("receivers", tile.receivers), ("suns", &suns.suns), ("sums", &sums)];
+            let grid = [tile.count, suns.count, batches];
+            self.dispatch(&self.kernel("trace/pane_clear")?, true, &own, shared, grid, "suns seen through panes", statistics)?;
+            parts[1] = self.device.read_finite(&sums)?;
+        }
+        Ok(parts)
+    }
+
+    /// Radiance of façade points (`tile.receivers` holds [`FacadePoint`]s), `[batch][sun][point][rgb]`;
+    /// empty if nothing scatters.
+    pub fn facade(&self, suns: &SunsAtPanes, tile: &Tile<'_>, batches: usize, statistics: &mut TraceStatistics) -> Result<Vec<f32>> {
+        if !self.scatters {
+            return Ok(Vec::new());
+        }
+        let params = self.device.uniform("parameters", &self.params(tile.count, suns.count, tile.batch_stride))?;
+        let sums = self.device.zeros::<f32>("façade", batches * suns.count * tile.count * 3)?;
+        let own = [
+            ("params", &params),
+            ("panes", &suns.shared.panes),
+            ("points", tile.receivers),
+            ("suns", &suns.suns),
+            ("sums", &sums),
+            ("bsdf_words", &suns.shared.words),
+        ];
+        let grid = [tile.count, suns.count, batches];
+        self.dispatch(&self.kernel("trace/pane_facade")?, true, &own, &suns.shared, grid, "suns on the façade", statistics)?;
+        self.device.read_finite(&sums)
+    }
+
+    pub(super) fn run(&self, receivers: &[Receiver], result: &mut PaneSun, progress: &dyn Progress) -> Result<()> {
+        self.over_tiles(receivers, "sun matrix through panes", result, progress, &|suns, tile, statistics| {
+            self.gather(suns, tile, progress, statistics)
+        })
     }
 
     pub(super) fn run_facade(&self, points: &[FacadePoint], result: &mut PaneSun, progress: &dyn Progress) -> Result<()> {
-        if !self.scatters {
-            return Ok(());
-        }
-        let (panes, batches) = (self.panes.len(), self.options.batches as usize);
-        let kernel = self.kernel("trace/pane_facade")?;
-        let shared = self.shared()?;
-        let suns =
-            Plan::new(self.device, u64::MAX, self.active.len(), &[(panes * size_of::<PaneSunRecord>()) as u64], &[], 1)?.at_most(256);
-        let cells = (suns.rows_per_chunk() * batches * 12) as u64;
-        let rows = Plan::new(self.device, self.options.memory / 2, points.len(), &[cells, cells], &[], 1)?;
-        let steps = (self.active.len() * points.len()).max(1) as f64;
+        self.over_tiles(points, "suns on the façade", result, progress, &|suns, tile, statistics| {
+            Ok([self.facade(suns, tile, self.options.batches as usize, statistics)?, Vec::new()])
+        })
+    }
+
+    #[allow(clippy::type_complexity, reason = "one function")]
+    fn over_tiles<T: bytemuck::NoUninit>(
+        &self,
+        records: &[T],
+        what: &str,
+        result: &mut PaneSun,
+        progress: &dyn Progress,
+        light: &dyn Fn(&SunsAtPanes, &Tile<'_>, &mut TraceStatistics) -> Result<[Vec<f32>; 2]>,
+    ) -> Result<()> {
+        let suns = self.chunks_of_suns()?;
+        let rows = self.tiles(records.len(), suns.rows_per_chunk())?;
+        let steps = (self.active.len() * records.len()).max(1) as f64;
         let mut done = 0usize;
         for sun_chunk in suns.chunks() {
-            let records = &self.suns[sun_chunk.first * panes..(sun_chunk.first + sun_chunk.count) * panes];
-            let sun_buffer = self.device.upload("suns", records)?;
+            let at_panes = self.suns_at_panes(sun_chunk.first, sun_chunk.count, &mut result.statistics)?;
             for chunk in rows.chunks() {
-                progress.update("suns on the façade", done as f64 / steps);
+                progress.update(what, done as f64 / steps);
                 if progress.stop_requested() {
                     return Err(cancelled());
                 }
-                let tile = &points[chunk.first..chunk.first + chunk.count];
-                let tile_buffer = self.device.upload("façade points", tile)?;
-                let params = self.device.uniform("parameters", &self.params(tile.len(), sun_chunk.count))?;
-                let sums = self.device.zeros::<f32>("façade", batches * sun_chunk.count * tile.len() * 3)?;
-                let own = [
-                    ("params", &params),
-                    ("panes", &shared.panes),
-                    ("points", &tile_buffer),
-                    ("suns", &sun_buffer),
-                    ("sums", &sums),
-                    ("bsdf_words", &shared.words),
-                ];
-                let grid = [tile.len(), sun_chunk.count, batches];
-                self.dispatch(&kernel, true, &own, &shared, grid, "suns on the façade", &mut result.statistics)?;
-                let parts = [self.device.read_finite(&sums)?, Vec::new()];
-                self.collect(&parts, chunk.first, tile.len(), sun_chunk.first, sun_chunk.count, result);
-                done += tile.len() * sun_chunk.count;
+                let buffer = self.device.upload("receivers", &records[chunk.first..chunk.first + chunk.count])?;
+                let tile = Tile { receivers: &buffer, count: chunk.count, batch_stride: 0 };
+                let parts = light(&at_panes, &tile, &mut result.statistics)?;
+                self.collect(&parts, chunk.first, chunk.count, sun_chunk.first, sun_chunk.count, result);
+                done += chunk.count * sun_chunk.count;
             }
         }
-        progress.update("suns on the façade", 1.0);
+        progress.update(what, 1.0);
         Ok(())
     }
 
