@@ -33,7 +33,8 @@ struct SunGatherParams {
     rim: u32,
     // Columns of the matrix that takes a direction to the sun to that of its image.
     image_x: vec3<f32>,
-    padding1: u32,
+    // Whether neighbours take neighbouring receivers, not suns: their rays go side by side.
+    receivers_first: u32,
     image_y: vec3<f32>,
     padding2: u32,
     image_z: vec3<f32>,
@@ -132,8 +133,9 @@ fn arriving(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let sun_index = id.x;
-    let receiver_index = id.y;
+    let receivers_first = params.receivers_first == 1u;
+    let sun_index = select(id.x, id.y, receivers_first);
+    let receiver_index = select(id.y, id.x, receivers_first);
     let batch = id.z;
     if sun_index >= params.suns || receiver_index >= params.receivers || batch >= params.batches {
         return;

@@ -59,7 +59,7 @@ gpu_struct! {
         path_sets: u32,
         rim: u32,
         image_x: [f32; 3],
-        padding1: u32,
+        receivers_first: u32,
         image_y: [f32; 3],
         padding2: u32,
         image_z: [f32; 3],
@@ -266,6 +266,7 @@ impl<'d> SunTracer<'d> {
             path_sets: o.path_sets,
             // Pictures state no error of single pixels.
             rim: if batch_stride == 0 { RIM } else { 0 },
+            receivers_first: u32::from(batch_stride > 0),
             ..SunGatherParams::default()
         };
         let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * 7)?;
@@ -283,7 +284,9 @@ impl<'d> SunTracer<'d> {
                 ("gates", &self.gates),
             ];
             let started = (self.sun_count * count) as u64 * u64::from(o.batches);
-            self.run(kernel, &own, [(self.sun_count as u32).div_ceil(64), count as u32, o.batches], started, statistics)?;
+            let (suns, receivers) = (self.sun_count as u32, count as u32);
+            let groups = if batch_stride > 0 { [receivers.div_ceil(64), suns, o.batches] } else { [suns.div_ceil(64), receivers, o.batches] };
+            self.run(kernel, &own, groups, started, statistics)?;
         }
         device.read_finite(&sums)
     }
