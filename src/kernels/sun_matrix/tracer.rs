@@ -285,7 +285,8 @@ impl<'d> SunTracer<'d> {
             ];
             let started = (self.sun_count * count) as u64 * u64::from(o.batches);
             let (suns, receivers) = (self.sun_count as u32, count as u32);
-            let groups = if batch_stride > 0 { [receivers.div_ceil(64), suns, o.batches] } else { [suns.div_ceil(64), receivers, o.batches] };
+            let groups =
+                if batch_stride > 0 { [receivers.div_ceil(64), suns, o.batches] } else { [suns.div_ceil(64), receivers, o.batches] };
             self.run(kernel, &own, groups, started, statistics)?;
         }
         device.read_finite(&sums)
