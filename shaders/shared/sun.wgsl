@@ -3,7 +3,7 @@
 import package::shared::frame::{tangent_frame};
 import package::shared::bvh::{bvh_triangles, closest_hit, leave_surface, traverse, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, glass_pane, diffuse_share, smooth_fresnel, largest, MATERIAL_GLASS, MATERIAL_SURFACE, MATERIAL_MIRROR};
-import package::shared::window::{windows, window_triangles};
+import package::shared::window::{windows, distance_through};
 
 struct SunRecord {
     // Unit vector towards the centre.
@@ -141,16 +141,7 @@ fn leaves_through_window(origin: vec3<f32>, direction: vec3<f32>, count: u32) ->
             continue;
         }
         for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
-            let a = window_triangles[t * 3u].xyz - origin;
-            let b = window_triangles[t * 3u + 1u].xyz - origin;
-            let c = window_triangles[t * 3u + 2u].xyz - origin;
-            // Volumes on the three sides of the ray (Plücker); all of one sign inside.
-            let u = dot(direction, cross(b, c));
-            let v = dot(direction, cross(c, a));
-            let s = dot(direction, cross(a, b));
-            let inside = (u >= 0.0 && v >= 0.0 && s >= 0.0) || (u <= 0.0 && v <= 0.0 && s <= 0.0);
-            // The plane must lie ahead.
-            if inside && dot(a, window.z) < 0.0 {
+            if distance_through(t, window.z, origin, direction) > 0.0 {
                 return true;
             }
         }

@@ -186,6 +186,19 @@ fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> Windo
     return result;
 }
 
+// Distance at which a ray passes triangle `t` of a window whose normal is `z`; not above 0 if it does not.
+fn distance_through(t: u32, z: vec3<f32>, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let a = window_triangles[t * 3u].xyz - origin;
+    let b = window_triangles[t * 3u + 1u].xyz - origin;
+    let c = window_triangles[t * 3u + 2u].xyz - origin;
+    // Volumes on the three sides of the ray (Plücker); all of one sign inside.
+    let u = dot(direction, cross(b, c));
+    let v = dot(direction, cross(c, a));
+    let s = dot(direction, cross(a, b));
+    let inside = (u >= 0.0 && v >= 0.0 && s >= 0.0) || (u <= 0.0 && v <= 0.0 && s <= 0.0);
+    return select(-1.0, dot(a, z) / dot(direction, z), inside);
+}
+
 // What part of light passes straight from `origin` along `direction` over `distance`: 0 where a
 // surface is in the way, otherwise the transmittance of the panes passed.
 fn straight_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {

@@ -2,7 +2,7 @@
 
 import package::shared::bvh::{FAR_AWAY};
 import package::shared::receiver::{Receiver};
-import package::shared::window::{window_triangles, straight_transmittance};
+import package::shared::window::{distance_through, straight_transmittance};
 import package::shared::counters::{count_finished};
 import package::shared::pane::{PaneParams, Pane, PaneSunRecord, disc_direction, pane_random, off_pane};
 
@@ -15,22 +15,6 @@ import package::shared::pane::{PaneParams, Pane, PaneSunRecord, disc_direction, 
 // [batch][sun][receiver][rgb]
 @group(0) @binding(12) var<storage, read_write> sums: array<f32>;
 
-// Distance at which a ray passes a triangle; negative if it does not.
-fn distance_to(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let ab = b - a;
-    let ac = c - a;
-    let p = cross(direction, ac);
-    let determinant = dot(ab, p);
-    if determinant == 0.0 {
-        return -1.0;
-    }
-    let s = origin - a;
-    let u = dot(s, p) / determinant;
-    let q = cross(s, ab);
-    let v = dot(direction, q) / determinant;
-    return select(-1.0, dot(ac, q) / determinant, u >= 0.0 && v >= 0.0 && u + v <= 1.0);
-}
-
 // Transmittance of the way from a point along a direction, through the first pane it meets.
 fn through_panes(origin: vec3<f32>, direction: vec3<f32>, sun_index: u32) -> vec3<f32> {
     for (var p = 0u; p < params.panes; p++) {
@@ -38,8 +22,7 @@ fn through_panes(origin: vec3<f32>, direction: vec3<f32>, sun_index: u32) -> vec
         let pane = panes[p];
         if max(clear.x, max(clear.y, clear.z)) > 0.0 && dot(direction, pane.z) < 0.0 {
             for (var t = pane.first_triangle; t < pane.first_triangle + pane.triangles; t++) {
-                let a = window_triangles[t * 3u].xyz;
-                let distance = distance_to(a, window_triangles[t * 3u + 1u].xyz, window_triangles[t * 3u + 2u].xyz, origin, direction);
+                let distance = distance_through(t, pane.z, origin, direction);
                 if distance > 0.0 {
                     let inside = straight_transmittance(origin, direction, distance * 0.99999);
                     if max(inside.x, max(inside.y, inside.z)) <= 0.0 {

@@ -7,7 +7,7 @@ import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER};
-import package::shared::window::{windows, window_triangles};
+import package::shared::window::{windows, distance_through};
 import package::shared::sun::{leaves_through_window};
 import package::shared::pane::{FacadePoint, NO_PANE};
 import package::shared::counters::{count_finished};
@@ -49,21 +49,12 @@ fn crossed_window(origin: vec3<f32>, direction: vec3<f32>, most: f32) -> Crossin
     var found = Crossing(NO_PANE, most);
     for (var w = 0u; w < params.window_count; w++) {
         let window = windows[w];
-        let slope = dot(direction, window.z);
-        if slope >= 0.0 {
+        if dot(direction, window.z) >= 0.0 {
             continue;
         }
         for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
-            let a = window_triangles[t * 3u].xyz - origin;
-            let b = window_triangles[t * 3u + 1u].xyz - origin;
-            let c = window_triangles[t * 3u + 2u].xyz - origin;
-            // Volumes on the three sides of the ray (Plücker); all of one sign inside.
-            let u = dot(direction, cross(b, c));
-            let v = dot(direction, cross(c, a));
-            let s = dot(direction, cross(a, b));
-            let inside = (u >= 0.0 && v >= 0.0 && s >= 0.0) || (u <= 0.0 && v <= 0.0 && s <= 0.0);
-            let distance = dot(a, window.z) / slope;
-            if inside && distance > 0.0 && distance < found.distance {
+            let distance = distance_through(t, window.z, origin, direction);
+            if distance > 0.0 && distance < found.distance {
                 found = Crossing(w, distance);
             }
         }

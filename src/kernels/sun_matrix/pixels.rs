@@ -21,6 +21,7 @@ use crate::gpu_struct;
 use crate::kernels::image_matrix::PixelRay;
 use crate::kernels::light_paths::{Receiver, finish_dispatch};
 use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::kernels::view_matrix::mean_and_error;
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
 use crate::units::ILLUMINANCE_WEIGHTS;
@@ -259,18 +260,10 @@ fn add(tile: &[usize], [batches, rays]: [usize; 2], pictures: &mut [Pixels], sho
             if value.iter().any(|v| *v > 0.0) {
                 let (sum, error) = picture.entry(pixel as u32).or_default();
                 (0..3).for_each(|c| sum[c] += value[c]);
-                *error = error.hypot(standard_error_of_mean(&luminance) as f32);
+                *error = error.hypot(mean_and_error(&luminance).1 as f32);
             }
         }
     });
-}
-
-/// Standard error of the mean of independent values; 0 of less than two.
-fn standard_error_of_mean(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    if n < 2.0 { 0.0 } else { (squares / (n * (n - 1.0))).sqrt() }
 }
 
 fn pixel_ray(tables: &TraceTables, raster: &Raster, samples: &PixelSamples, pixel: usize, sample: usize) -> PixelRay {

@@ -264,7 +264,7 @@ impl<'d> SunTracer<'d> {
             batch_stride,
             gates: self.gate_count,
             path_sets: o.path_sets,
-            // Pictures state no error of single pixels.
+            // A pixel's batches have surface points of their own: their spread is its error.
             rim: if batch_stride == 0 { RIM } else { 0 },
             receivers_first: u32::from(batch_stride > 0),
             ..SunGatherParams::default()
