@@ -34,5 +34,6 @@ struct SunVertex {
     incoming: vec3<f32>,
     padding0: u32,
     throughput: vec3<f32>,
-    padding1: u32,
+    // That it stands for, if it is a point of a shade.
+    area: f32,
 }

@@ -6,9 +6,9 @@
 
 import package::shared::receiver::{Receiver, SunVertex};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_SURFACE};
+import package::shared::material::{cosine_direction, largest};
 import package::shared::window::{windows, sample_windows};
+import package::shared::sun_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
 import package::shared::counters::{counters, count_finished};
 
 struct SunPathParams {
@@ -30,19 +30,8 @@ struct SunPathParams {
     padding2: u32,
 }
 
-const MOST_SEGMENTS: u32 = 64u;
-
 @group(0) @binding(6) var<uniform> params: SunPathParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
-// [batch][receiver][set][path][vertex], zero at the start.
-@group(0) @binding(8) var<storage, read_write> vertices: array<SunVertex>;
-
-fn scatters(material: Material) -> bool {
-    if material.kind != MATERIAL_SURFACE {
-        return false;
-    }
-    return largest(material.diffuse) + largest(material.diffuse_transmitted) + largest(material.specular) + largest(material.specular_transmitted) > 0.0;
-}
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -56,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let receiver = receivers[batch * params.batch_stride + receiver_index];
     let first_slot = ((batch * params.receivers + receiver_index) * all_paths + index) * params.most_vertices;
     let seed = hash_combine(hash_combine(params.seed, batch), receiver.number);
-    var position = receiver.position;
+    let position = receiver.position;
     var direction: vec3<f32>;
     var throughput: vec3<f32>;
     var ended = false;
@@ -72,54 +61,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         // Irradiance: every cosine-distributed path stands for π sr.
         throughput = vec3<f32>(3.141592653589793 / f32(params.paths));
     }
-    let start = largest(throughput);
-    var kept = 0u;
-    var segment = 0u;
-    for (; segment < MOST_SEGMENTS && !ended; segment++) {
-        let hit = closest_hit(position, direction, FAR_AWAY);
-        if hit.triangle == NO_TRIANGLE {
-            ended = true;
-            break;
-        }
-        let normal = triangle_normal(hit.triangle);
-        let front = dot(normal, direction) < 0.0;
-        let facing = select(-normal, normal, front);
-        let material_index = triangle_material(hit.triangle);
-        let material = materials[material_index];
-        if scatters(material) {
-            let beside = leave_surface(hit, facing);
-            let behind = leave_surface(hit, -facing);
-            vertices[first_slot + kept] = SunVertex(beside, material_index + 1u, facing, distance(beside, behind), direction, 0u, throughput, 0u);
-            kept += 1u;
-            if kept == params.most_vertices {
-                ended = true;
-                break;
-            }
-        }
-        let choices = sample_pair(index, 1u + segment * 2u, seed);
-        let slope = sample_pair(index, 2u + segment * 2u, seed);
-        let event = scatter(material, direction, facing, front, choices.x, slope);
-        throughput *= event.weight;
-        if event.lobe == LOBE_NONE || largest(throughput) <= 0.0 {
-            ended = true;
-            break;
-        }
-        let side = select(facing, -facing, event.transmitted);
-        direction = event.direction;
-        if event.lobe == LOBE_DIFFUSE {
-            direction = cosine_direction(side, slope);
-        }
-        let strength = largest(throughput);
-        let least = params.roulette_weight * start;
-        if strength < least {
-            if choices.y * least >= strength {
-                ended = true;
-                break;
-            }
-            throughput *= least / strength;
-        }
-        position = leave_surface(hit, side);
+    // [batch][receiver][set][path][vertex]
+    let path = SunPath(position, index, direction, seed, throughput, first_slot, 0u, params.most_vertices, params.roulette_weight * largest(throughput));
+    var end = SunPathEnd(0u, true);
+    if !ended {
+        end = follow_sun_path(path);
     }
-    atomicAdd(&counters.segments, segment);
-    count_finished(ended || segment == MOST_SEGMENTS);
+    atomicAdd(&counters.segments, end.segments);
+    count_finished(end.ended);
 }

@@ -2,7 +2,7 @@
 //! not: of single suns that an edge hides in part, 82 % lay within what should hold 95 %.
 
 use super::Sun;
-use super::geometry::{Openings, SunMatrix, SunOptions, compute};
+use super::geometry::{Openings, ScatteredBy, SunMatrix, SunOptions, compute};
 use super::tests::blinds;
 use crate::gpu::Device;
 use crate::kernels::trace::rooms::sensor;
@@ -13,6 +13,15 @@ const SEEDS: u32 = 128;
 
 #[test]
 fn stated_errors_of_suns_between_slats_hold() {
+    hold(ScatteredBy::Paths);
+}
+
+#[test]
+fn stated_errors_of_suns_between_slats_hold_with_shared_points() {
+    hold(ScatteredBy::Points);
+}
+
+fn hold(scattered_by: ScatteredBy) {
     let Some(device) = Device::for_tests("errors of the sun matrix") else { return };
     let (scene, w) = blinds(0.5);
     let windows = std::slice::from_ref(&w);
@@ -22,7 +31,7 @@ fn stated_errors_of_suns_between_slats_hold() {
     let suns: Vec<Sun> = (0..96)
         .map(|i| Sun::new(DVec3::new(0.08 * f64::from(i % 12) - 0.44, -1.0, 0.12 + 0.11 * f64::from(i / 12) + 0.004 * f64::from(i % 12))))
         .collect();
-    let options = |seed| SunOptions { disc_samples: 16, paths: 8, seed, ..SunOptions::default() };
+    let options = |seed| SunOptions { disc_samples: 16, paths: 8, scattered_by, seed, ..SunOptions::default() };
     let results: Vec<SunMatrix> = (0..SEEDS)
         .map(|seed| compute(&device, &scene, Openings::Windows(windows), &sensors, &suns, &options(seed + 1), &Silent).unwrap())
         .collect();

@@ -7,6 +7,7 @@
 //! of the sun, which are traced as suns are.
 
 use super::Sun;
+use super::shades::Shades;
 pub(crate) use super::tracer::SunTracer;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
@@ -39,6 +40,19 @@ gpu_struct! {
 /// lost all but 2⁻¹⁶ of the light.
 const MOST_VERTICES: u32 = 16;
 
+/// How light is found that surfaces scatter. All ways give the same but for noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScatteredBy {
+    /// By points on the surfaces that receivers share, where these tell more than paths of their own in no
+    /// more time; else by paths.
+    Automatic,
+    /// By paths from every receiver.
+    Paths,
+    /// By points wherever they can stand for everything: where nothing scatters in preferred directions,
+    /// and at receivers that are not next to the surfaces.
+    Points,
+}
+
 /// How much to sample. Every number is per receiver *and batch*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SunOptions {
@@ -52,6 +66,8 @@ pub struct SunOptions {
     /// Most diffuse (or rough) reflections of sunlight: 0 is straight light only, Radiance's `-ab`;
     /// `None` is 16.
     pub bounces: Option<u32>,
+    /// How scattered light is found.
+    pub scattered_by: ScatteredBy,
     /// Independent repetitions; their spread gives the standard error. At least 2.
     pub batches: u32,
     /// Same seed, same device: same bits.
@@ -64,7 +80,17 @@ pub struct SunOptions {
 
 impl Default for SunOptions {
     fn default() -> Self {
-        Self { disc_samples: 16, paths: 32, path_sets: 4, bounces: None, batches: 4, seed: 1, roulette_weight: 0.05, memory: 1 << 30 }
+        Self {
+            disc_samples: 16,
+            paths: 32,
+            path_sets: 4,
+            bounces: None,
+            scattered_by: ScatteredBy::Automatic,
+            batches: 4,
+            seed: 1,
+            roulette_weight: 0.05,
+            memory: 1 << 30,
+        }
     }
 }
 
@@ -213,17 +239,33 @@ pub fn compute(
     if sensors.is_empty() || suns.is_empty() {
         return Ok(result);
     }
+    let receivers: Vec<Receiver> = sensors.iter().enumerate().map(|(i, s)| tracer.receiver(s, i)).collect();
+    let shades = Shades::choose(&tracer, &receivers)?;
+    let shares = |i: &usize| shades.as_ref().is_some_and(|(_, suited)| suited[*i]);
+    let (shared, own): (Vec<usize>, Vec<usize>) = (0..sensors.len()).partition(shares);
     let mut done = 0;
-    for chunk in tracer.plan(sensors.len())?.chunks() {
-        progress.update("sun matrix", done as f64 / sensors.len() as f64);
-        if progress.stop_requested() {
-            return Err(cancelled());
+    for (rows, scatters) in [(&shared, false), (&own, options.scatters())] {
+        for chunk in tracer.plan(rows.len())?.chunks() {
+            progress.update("sun matrix", done as f64 / sensors.len() as f64);
+            if progress.stop_requested() {
+                return Err(cancelled());
+            }
+            let rows = &rows[chunk.first..][..chunk.count];
+            let records: Vec<Receiver> = rows.iter().map(|i| receivers[*i]).collect();
+            let buffer = device.upload("receivers of suns", &records)?;
+            let sums = tracer.trace_parts(&buffer, chunk.count, 0, scatters, &mut result.statistics)?;
+            tracer.reduce(&sums, rows, &mut result);
+            done += chunk.count;
         }
-        let records: Vec<Receiver> = (chunk.first..chunk.first + chunk.count).map(|i| tracer.receiver(&sensors[i], i)).collect();
-        let buffer = device.upload("receivers of suns", &records)?;
-        let sums = tracer.trace(&buffer, chunk.count, 0, &mut result.statistics)?;
-        tracer.reduce(&sums, chunk.first, chunk.count, &mut result);
-        done += chunk.count;
+    }
+    if let Some((shades, _)) = &shades {
+        let records: Vec<Receiver> = shared.iter().map(|i| receivers[*i]).collect();
+        let [mean, error] = shades.light(&records, progress, &mut result.statistics)?;
+        for (row, &i) in shared.iter().enumerate() {
+            let cells = i * suns.len() * 3..(i + 1) * suns.len() * 3;
+            result.total.data_mut()[cells.clone()].iter_mut().zip(mean.row(row)).for_each(|(sum, v)| *sum += v);
+            result.scattered_error.data_mut()[cells].copy_from_slice(error.row(row));
+        }
     }
     progress.update("sun matrix", 1.0);
     Ok(result)

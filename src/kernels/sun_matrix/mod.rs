@@ -21,6 +21,10 @@ pub mod pane;
 pub mod pixels;
 #[cfg(test)]
 pub(crate) mod reference;
+mod shade_cells;
+#[cfg(test)]
+mod shade_tests;
+mod shades;
 #[cfg(test)]
 mod tests;
 mod tracer;
@@ -70,5 +74,6 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     let mut all = tracer::registered();
     all.extend(pixels::registered());
     all.extend(pane::registered());
+    all.extend(shades::registered());
     all
 }

@@ -29,7 +29,7 @@ pub(super) fn blinds(slat: f64) -> (Scene, Window) {
     (b.scene, w)
 }
 
-fn sensors() -> Vec<Sensor> {
+pub(super) fn sensors() -> Vec<Sensor> {
     vec![
         sensor([1.4, 1.0, 1.3], [0.0, 0.0, 1.0]),
         sensor([1.5, 1.6, 0.9], [0.1, 0.0, 1.0]),
@@ -38,7 +38,7 @@ fn sensors() -> Vec<Sensor> {
     ]
 }
 
-fn suns() -> Vec<Sun> {
+pub(super) fn suns() -> Vec<Sun> {
     [[0.1, -1.0, 0.37], [-0.13, -1.0, 0.52], [0.2, -1.0, 0.3], [0.05, -1.0, 0.6], [0.0, 1.0, 0.5]]
         .map(|d| Sun::new(DVec3::from_array(d)))
         .to_vec()

@@ -71,13 +71,13 @@ gpu_struct! {
     /// Where a path meets a surface that scatters (`shared/receiver.wgsl`).
     pub(crate) struct SunVertex {
         position: [f32; 3],
-        material: u32,
+        pub(super) material: u32,
         facing: [f32; 3],
         thickness: f32,
         incoming: [f32; 3],
         padding0: u32,
         throughput: [f32; 3],
-        padding1: u32,
+        area: f32,
     }
 }
 
@@ -102,15 +102,15 @@ pub(super) fn registered() -> Vec<crate::gpu::Registered> {
 
 /// A scene and its suns on the device.
 pub(crate) struct SunTracer<'d> {
-    device: &'d Device,
-    tables: TraceTables,
-    scene: TraceScene,
-    options: SunOptions,
-    window_count: u32,
+    pub(super) device: &'d Device,
+    pub(super) tables: TraceTables,
+    pub(super) scene: TraceScene,
+    pub(super) options: SunOptions,
+    pub(super) window_count: u32,
     gate_count: u32,
     gates: Buffer,
-    sun_count: usize,
-    suns: Buffer,
+    pub(super) sun_count: usize,
+    pub(super) suns: Buffer,
     panes: bool,
     vertices: Kernel,
     gather: Kernel,
@@ -203,6 +203,11 @@ impl<'d> SunTracer<'d> {
         (&self.gates, self.gate_count)
     }
 
+    /// Whether flat mirrors show images of the suns.
+    pub(super) fn has_images(&self) -> bool {
+        self.mirrored.is_some()
+    }
+
     /// The black model.
     pub fn scene(&self) -> &TraceScene {
         &self.scene
@@ -228,29 +233,24 @@ impl<'d> SunTracer<'d> {
     /// the straight part. `batch_stride` is the number
     /// of receivers from one batch to the next, 0 if all batches share them.
     pub fn trace(&self, receivers: &Buffer, count: usize, batch_stride: u32, statistics: &mut TraceStatistics) -> Result<Vec<f32>> {
+        self.trace_parts(receivers, count, batch_stride, self.options.scatters(), statistics)
+    }
+
+    /// The same with or without what surfaces scatter.
+    pub(super) fn trace_parts(
+        &self,
+        receivers: &Buffer,
+        count: usize,
+        batch_stride: u32,
+        scatters: bool,
+        statistics: &mut TraceStatistics,
+    ) -> Result<Vec<f32>> {
         let (o, device) = (&self.options, self.device);
-        let scatters = o.scatters();
         let paths = if scatters { o.paths } else { 0 };
         let slots = if scatters { o.batches as usize * count * (o.paths * o.path_sets * o.most_vertices()) as usize } else { 1 };
         let vertices = device.zeros::<SunVertex>("vertices that see suns", slots)?;
         if scatters {
-            let params = SunPathParams {
-                seed: stream_seed(o.seed, 0, 0x7375_6e70),
-                receivers: count as u32,
-                paths,
-                batches: o.batches,
-                window_count: self.window_count,
-                most_vertices: o.most_vertices(),
-                roulette_weight: o.roulette_weight,
-                batch_stride,
-                path_sets: o.path_sets,
-                ..SunPathParams::default()
-            };
-            let params = device.uniform("paths to suns", &params)?;
-            let own = [("params", &params), ("receivers", receivers), ("vertices", &vertices)];
-            let all = paths * o.path_sets;
-            let started = u64::from(all) * count as u64 * u64::from(o.batches);
-            self.run(&self.vertices, &own, [all.div_ceil(64), count as u32, o.batches], started, statistics)?;
+            self.start_paths(&self.vertices, receivers, count, batch_stride, &vertices, statistics)?;
         }
         let params = SunGatherParams {
             seed: stream_seed(o.seed, 0, 0x7375_6e67),
@@ -292,7 +292,37 @@ impl<'d> SunTracer<'d> {
         device.read_finite(&sums)
     }
 
-    fn run(
+    /// Paths of all sets from these receivers, by a variant of `trace/sun_vertices`.
+    pub(super) fn start_paths(
+        &self,
+        kernel: &Kernel,
+        receivers: &Buffer,
+        count: usize,
+        batch_stride: u32,
+        vertices: &Buffer,
+        statistics: &mut TraceStatistics,
+    ) -> Result<()> {
+        let o = &self.options;
+        let params = SunPathParams {
+            seed: stream_seed(o.seed, 0, 0x7375_6e70),
+            receivers: count as u32,
+            paths: o.paths,
+            batches: o.batches,
+            window_count: self.window_count,
+            most_vertices: o.most_vertices(),
+            roulette_weight: o.roulette_weight,
+            batch_stride,
+            path_sets: o.path_sets,
+            ..SunPathParams::default()
+        };
+        let params = self.device.uniform("paths to suns", &params)?;
+        let own = [("params", &params), ("receivers", receivers), ("vertices", vertices)];
+        let all = o.paths * o.path_sets;
+        let started = u64::from(all) * count as u64 * u64::from(o.batches);
+        self.run(kernel, &own, [all.div_ceil(64), count as u32, o.batches], started, statistics)
+    }
+
+    pub(super) fn run(
         &self,
         kernel: &Kernel,
         own: &[(&str, &Buffer)],
@@ -322,16 +352,15 @@ impl<'d> SunTracer<'d> {
         Ok(())
     }
 
-    /// Means and standard errors over the batches of a tile.
-    pub(super) fn reduce(&self, sums: &[f32], first: usize, count: usize, result: &mut SunMatrix) {
-        let batches = self.options.batches as usize;
-        for receiver in 0..count {
+    /// Means and standard errors over the batches of a tile, whose receivers belong into these rows.
+    pub(super) fn reduce(&self, sums: &[f32], rows: &[usize], result: &mut SunMatrix) {
+        let (batches, count) = (self.options.batches as usize, rows.len());
+        for (receiver, &row) in rows.iter().enumerate() {
             for sun in 0..self.sun_count {
                 let cells = (0..batches).map(move |b| (b * count + receiver) * self.sun_count + sun);
                 let values = |part: usize| cells.clone().map(move |cell| f64::from(sums[cell * 6 + part]));
                 let doubts = cells.clone().map(|cell| f64::from(sums[batches * count * self.sun_count * 6 + cell]));
                 let doubt = doubts.sum::<f64>() / (batches * batches) as f64;
-                let row = first + receiver;
                 for c in 0..3 {
                     let ((direct, direct_variance), (scattered, scattered_variance)) =
                         (mean_and_variance(values(c)), mean_and_variance(values(3 + c)));
@@ -346,7 +375,7 @@ impl<'d> SunTracer<'d> {
 }
 
 /// Mean of independent values and its variance.
-fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+pub(super) fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let n = values.clone().count() as f64;
     let mean = values.clone().sum::<f64>() / n;
     (mean, values.map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0)))

@@ -1,0 +1,82 @@
+// Light of one sun by way of a list of vertices, the radiance that a point of a shade sends to its front
+// for one. One list and sun per invocation.
+
+import package::shared::receiver::{SunVertex};
+import package::shared::random::{sample_pair, hash_combine};
+import package::shared::material::{materials, largest};
+import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, surface_response};
+import package::shared::window::{windows, rings, window_triangles};
+import package::shared::counters::{counters, count_finished};
+
+struct ScatteredParams {
+    seed: u32,
+    lists: u32,
+    // Suns of each set: numbers `set`, `set + stride` …
+    suns: u32,
+    stride: u32,
+    all_suns: u32,
+    components: u32,
+    // Slots per path, which ends with its first vertex without material.
+    path_slots: u32,
+    padding1: u32,
+}
+
+struct VertexList {
+    // Vertices, path by path.
+    first: u32,
+    count: u32,
+    // Number of its first sun.
+    first_sun: u32,
+    // These choose its random numbers: lists of one stream share them out.
+    stream: u32,
+    index: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+}
+
+@group(0) @binding(6) var<uniform> params: ScatteredParams;
+@group(0) @binding(7) var<storage, read> lists: array<VertexList>;
+@group(0) @binding(8) var<storage, read> vertices: array<SunVertex>;
+@group(0) @binding(9) var<storage, read> suns: array<SunRecord>;
+// [list][component][sun of its set]
+@group(0) @binding(10) var<storage, read_write> sums: array<f32>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= params.suns || id.y >= params.lists {
+        return;
+    }
+    let list = lists[id.y];
+    let sun_index = list.first_sun + id.x * params.stride;
+    var sum = vec3<f32>(0.0);
+    var rays = 0u;
+    if sun_index < params.all_suns {
+        let sun = suns[sun_index];
+        let seed = hash_combine(hash_combine(params.seed, list.stream), sun.number);
+        for (var k = 0u; k < list.count; k++) {
+            let vertex = vertices[list.first + k];
+            if vertex.material == 0u {
+                k = (k / params.path_slots + 1u) * params.path_slots - 1u;
+                continue;
+            }
+            let direction = sun_direction(sun, sample_pair(list.index, k, seed));
+            let response = surface_response(materials[vertex.material - 1u], vertex.incoming, vertex.facing, direction) * vertex.throughput;
+            if largest(response) > 0.0 {
+                let side = dot(direction, vertex.facing) > 0.0;
+                let start = select(vertex.position - vertex.facing * vertex.thickness, vertex.position, side);
+                sum += response * sun_transmittance(start, direction);
+                rays += 1u;
+            }
+        }
+        sum *= sun.solid_angle;
+    }
+    let cell = id.y * params.components * params.suns + id.x;
+    sums[cell] = sum.x;
+    if params.components == 3u {
+        sums[cell + params.suns] = sum.y;
+        sums[cell + 2u * params.suns] = sum.z;
+    }
+    atomicAdd(&counters.segments, rays);
+    count_finished(true);
+}

@@ -1,0 +1,114 @@
+// Points of the surfaces that scatter sunlight, shared by all receivers, and paths from each to the
+// surfaces that it is lit by in turn. One path per invocation. The first vertex of a point's first path is
+// the point itself, the others carry what it sends to its front of radiance that leaves them towards it.
+
+import package::shared::random::{sample_four, sample_pair, hash_combine};
+import package::shared::bvh::{margin_at, extent};
+import package::shared::material::{materials, cosine_direction, largest};
+import package::shared::receiver::{SunVertex};
+import package::shared::sun_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
+import package::shared::window::{windows, rings, window_triangles};
+import package::shared::counters::{counters, count_finished};
+
+struct ShadePointParams {
+    seed: u32,
+    // The points of this dispatch: point `first + i` of all sets in a row is number `(first + i) % points`
+    // of its set.
+    first: u32,
+    count: u32,
+    points: u32,
+    cells: u32,
+    // Slots per path, the point itself counted.
+    most_vertices: u32,
+    // Share of its first weight below which roulette ends a path.
+    roulette_weight: f32,
+    // Whether point i lies in cell i, instead of where chance wants it.
+    each_cell: u32,
+    // From each point.
+    paths: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+}
+
+// A part of one side of a parallelogram, points corner + u edge1 + v edge2, or of a triangle, points corner +
+// √u ((1 − v) edge1 + v edge2); both uniform in u and v.
+struct ShadeCell {
+    corner: vec3<f32>,
+    // Index + 1.
+    material: u32,
+    edge1: vec3<f32>,
+    // Cells up to this one, it included, have this probability, in units of 2⁻²⁴.
+    limit: u32,
+    edge2: vec3<f32>,
+    // Area that a point stands for, by probability and number of points.
+    weight: f32,
+    // Unit normal of its side.
+    facing: vec3<f32>,
+    is_triangle: u32,
+    // Least u (√u of a triangle) and v, and how far they reach.
+    low: vec2<f32>,
+    size: vec2<f32>,
+}
+
+@group(0) @binding(6) var<uniform> params: ShadePointParams;
+@group(0) @binding(7) var<storage, read> cells: array<ShadeCell>;
+
+fn cell_at(position: u32) -> u32 {
+    var low = 0u;
+    var high = params.cells - 1u;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if position < cells[middle].limit {
+            high = middle;
+        } else {
+            low = middle + 1u;
+        }
+    }
+    return low;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= params.count || id.y >= params.paths {
+        return;
+    }
+    let index = (params.first + id.x) % params.points;
+    let seed = hash_combine(params.seed, (params.first + id.x) / params.points);
+    let random = sample_four(index, seed);
+    let cell = cells[select(cell_at(u32(random.x * 16777216.0)), index, params.each_cell == 1u)];
+    let along = cell.low.x + cell.size.x * random.y;
+    let across = cell.low.y + cell.size.y * random.z;
+    var place = cell.corner + cell.edge1 * along + cell.edge2 * across;
+    if cell.is_triangle == 1u {
+        let high = cell.low.x + cell.size.x;
+        let root = sqrt(mix(cell.low.x * cell.low.x, high * high, random.y));
+        place = cell.corner + (cell.edge1 * (1.0 - across) + cell.edge2 * across) * root;
+    }
+    let margin = max(margin_at(place), extent(cell.corner) * 1e-6);
+    let slot = (id.x * params.paths + id.y) * params.most_vertices;
+    var kept = 0u;
+    if id.y == 0u {
+        vertices[slot] = SunVertex(place + cell.facing * margin, cell.material, cell.facing, 2.0 * margin, -cell.facing, 0u, vec3<f32>(1.0), cell.weight);
+        kept = 1u;
+    }
+    // Reflected from its front, or passed on from its back.
+    let material = materials[cell.material - 1u];
+    let reflected = largest(material.diffuse);
+    let transmitted = largest(material.diffuse_transmitted);
+    let total = (reflected + transmitted) / f32(params.paths);
+    var end = SunPathEnd(0u, true);
+    if params.most_vertices > 1u && total > 0.0 {
+        let number = index * params.paths + id.y;
+        let through = sample_pair(number, 1u, seed).x * (reflected + transmitted) >= reflected;
+        let throughput = select(material.diffuse * (total / reflected), material.diffuse_transmitted * (total / transmitted), through);
+        let side = select(cell.facing, -cell.facing, through);
+        let direction = cosine_direction(side, sample_pair(number, 0u, seed));
+        let start = place + side * margin;
+        let most = params.most_vertices - 1u + kept;
+        let least = params.roulette_weight * largest(throughput);
+        end = follow_sun_path(SunPath(start, number, direction, hash_combine(seed, 1u), throughput, slot, kept, most, least));
+    }
+    atomicAdd(&counters.segments, end.segments);
+    count_finished(end.ended);
+}
