@@ -4,6 +4,7 @@
 use super::Sun;
 use super::geometry::{Gate, Openings, SunMatrix, SunOptions};
 use super::mirrors::Mirrors;
+use super::pairs::Pairs;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel, Plan};
 use crate::gpu_struct;
@@ -12,6 +13,7 @@ use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, 
 use crate::scene::Scene;
 use crate::scene::points::Sensor;
 use glam::{DVec3, Vec3};
+use std::cell::OnceCell;
 
 gpu_struct! {
     /// A sun (`shared/sun.wgsl`).
@@ -89,7 +91,8 @@ const MOST_PAIRS: usize = 1 << 20;
 /// Shaders of this module, for the tests.
 pub(super) fn registered() -> Vec<crate::gpu::Registered> {
     use crate::gpu::Registered;
-    vec![
+    let mut all = super::pairs::registered();
+    all.extend([
         Registered::new("trace/sun_vertices").with::<SunPathParams>().with::<SunVertex>().with::<Receiver>(),
         Registered::new("trace/sun_gather")
             .with::<SunGatherParams>()
@@ -97,7 +100,8 @@ pub(super) fn registered() -> Vec<crate::gpu::Registered> {
             .with::<SunRecord>()
             .with::<Gate>()
             .with::<Receiver>(),
-    ]
+    ]);
+    all
 }
 
 /// A scene and its suns on the device.
@@ -113,7 +117,9 @@ pub(crate) struct SunTracer<'d> {
     suns: Buffer,
     panes: bool,
     vertices: Kernel,
-    gather: Kernel,
+    gather: OnceCell<Kernel>,
+    /// Straight light where every batch has receivers of its own.
+    pairs: OnceCell<Pairs>,
     /// Images of the suns in mirrors, and the kernel that looks for them.
     mirrored: Option<(Kernel, Vec<glam::Mat3>)>,
     counters: Buffer,
@@ -172,7 +178,8 @@ impl<'d> SunTracer<'d> {
             suns: device.upload("suns", if records.is_empty() { &none } else { &records })?,
             panes,
             vertices: Kernel::new(device, "trace/sun_vertices", &[], &[])?,
-            gather: Kernel::new(device, "trace/sun_gather", &[], &[("HAS_PANES", f64::from(u8::from(panes)))])?,
+            gather: OnceCell::new(),
+            pairs: OnceCell::new(),
             mirrored: if images.is_empty() {
                 None
             } else {
@@ -201,6 +208,23 @@ impl<'d> SunTracer<'d> {
     /// Boxes that light must pass, and their number.
     pub fn gates(&self) -> (&Buffer, u32) {
         (&self.gates, self.gate_count)
+    }
+
+    /// The suns, and their number.
+    pub(super) fn suns(&self) -> (&Buffer, usize) {
+        (&self.suns, self.sun_count)
+    }
+
+    pub(super) fn device(&self) -> &'d Device {
+        self.device
+    }
+
+    pub(super) fn options(&self) -> &SunOptions {
+        &self.options
+    }
+
+    pub(super) fn window_count(&self) -> u32 {
+        self.window_count
     }
 
     /// The black model.
@@ -270,8 +294,19 @@ impl<'d> SunTracer<'d> {
             ..SunGatherParams::default()
         };
         let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * 7)?;
-        let (kernel, images) = self.mirrored.as_ref().map_or((&self.gather, &[][..]), |(kernel, images)| (kernel, &images[..]));
-        let passes = std::iter::once((&self.gather, glam::Mat3::IDENTITY)).chain(images.iter().map(|image| (kernel, *image)));
+        let own_points = batch_stride > 0;
+        if own_points {
+            let pairs = made_once(&self.pairs, || Pairs::new(device, &self.panes()))?;
+            pairs.trace(self, receivers, count, &sums, statistics)?;
+        }
+        let mut passes = Vec::new();
+        if scatters || !own_points {
+            let constants = [self.panes()[0], ("STRAIGHT", f64::from(u8::from(!own_points))), ("SCATTERED", f64::from(u8::from(scatters)))];
+            passes.push((made_once(&self.gather, || Kernel::new(device, "trace/sun_gather", &[], &constants))?, glam::Mat3::IDENTITY));
+        }
+        if let Some((kernel, images)) = &self.mirrored {
+            passes.extend(images.iter().map(|image| (kernel, *image)));
+        }
         for (kernel, image) in passes {
             let [image_x, image_y, image_z] = image.to_cols_array_2d();
             let params = device.uniform("suns", &SunGatherParams { image_x, image_y, image_z, ..params })?;
@@ -292,7 +327,7 @@ impl<'d> SunTracer<'d> {
         device.read_finite(&sums)
     }
 
-    fn run(
+    pub(super) fn run(
         &self,
         kernel: &Kernel,
         own: &[(&str, &Buffer)],
@@ -341,6 +376,17 @@ impl<'d> SunTracer<'d> {
                     result.scattered_error.at_mut(row, sun)[c] = scattered_variance.sqrt() as f32;
                 }
             }
+        }
+    }
+}
+
+/// What a cell holds, made at the first call.
+fn made_once<T>(cell: &OnceCell<T>, make: impl FnOnce() -> Result<T>) -> Result<&T> {
+    match cell.get() {
+        Some(made) => Ok(made),
+        None => {
+            let made = make()?;
+            Ok(cell.get_or_init(|| made))
         }
     }
 }
