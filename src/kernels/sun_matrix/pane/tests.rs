@@ -239,6 +239,39 @@ fn tiles_make_no_difference_and_work_can_be_stopped() {
     assert!(compute(&device, &scene, &panes, &[nowhere], &suns(), &options, &Silent).is_err());
 }
 
+/// Many cells are traced in several dispatches: more than a device takes along an axis, and with the same bits.
+#[test]
+fn there_may_be_more_cells_than_workgroups_along_an_axis() {
+    let Some(device) = Device::for_tests("sun through panes") else { return };
+    let (scene, w) = room();
+    let even = scattering(Block::Tree(TensorTree::constant(4, 0.1)));
+    let panes = [(w, PaneBsdf::Bsdf(even.clone()))];
+    let run = |cells: u32, most: u32| {
+        let options = PaneOptions { cells, batches: 2, part_angle: 1.0, ..PaneOptions::default() };
+        let mut tracer = PaneTracer::new(&device, &scene, &panes, &suns(), &options).unwrap();
+        tracer.most_cells = most;
+        let mut result = tracer.empty(sensors().len(), suns().len());
+        let records: Vec<Receiver> = sensors().iter().enumerate().map(|(i, s)| tracer.receiver(i, s)).collect();
+        tracer.run(&records, &mut result, &Silent).map(|()| result)
+    };
+    let limit = device.limits().max_compute_workgroups_per_dimension;
+    let few = run(512, u32::MAX).unwrap();
+    let cut = run(512, 100).unwrap();
+    assert_eq!((&few.total, &few.standard_error), (&cut.total, &cut.standard_error));
+    assert!(few.total.data().iter().any(|v| *v > 0.0));
+    // A device without such a limit would take millions; there is nothing to find then.
+    if limit <= 65_535 {
+        let many = run(limit / 2 + 100, u32::MAX).unwrap();
+        for (i, sensor) in sensors().iter().enumerate() {
+            for (j, sun) in suns().iter().enumerate() {
+                let wanted = reference(&scene, &panes[0].0, &even, sensor, sun, 160);
+                let value = f64::from(many.total.at(i, j)[0]);
+                assert!((value - wanted).abs() <= 0.012 * wanted, "{i} {j}: {value}, {wanted}");
+            }
+        }
+    }
+}
+
 #[test]
 fn an_absdf_without_a_peak_is_a_plain_bsdf_with_a_warning() {
     let mut warnings = Warnings::new();
