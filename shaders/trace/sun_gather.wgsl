@@ -36,9 +36,10 @@ struct SunGatherParams {
     // Whether neighbours take neighbouring receivers, not suns: their rays go side by side.
     receivers_first: u32,
     image_y: vec3<f32>,
-    padding2: u32,
+    // Paths of this dispatch: some drivers end loops early. What is straight belongs to the first.
+    first_path: u32,
     image_z: vec3<f32>,
-    padding3: u32,
+    end_path: u32,
 }
 
 // Whether the sun's image in mirrors is looked for, not the sun itself.
@@ -150,11 +151,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var rays = 0u;
     var straight = vec3<f32>(0.0);
     var cosines = 0.0;
-    var risen = true;
-    var sample = 0u;
+    var risen = params.first_path == 0u;
+    var sample = select(params.disc_samples, 0u, risen);
     let centre = image_of(sun.direction);
     // One ray in place of many where a wall is in the way, or a slat that is wide enough.
-    let worth_it = params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre));
+    let worth_it = risen && params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre));
     if worth_it && hidden_by_one(receiver.position, centre, sun.chord, !MIRRORED) {
         sample = params.disc_samples;
         risen = false;
@@ -208,10 +209,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         straight *= sun.solid_angle / f32(params.disc_samples);
     }
     var scattered = vec3<f32>(0.0);
-    var path = 0u;
+    var path = params.first_path;
     let own_set = sun.number % params.path_sets;
     let first_path = ((batch * params.receivers + receiver_index) * params.path_sets + own_set) * params.paths;
-    for (; path < params.paths; path++) {
+    for (; path < params.end_path; path++) {
         let first_slot = (first_path + path) * params.most_vertices;
         for (var k = 0u; k < params.most_vertices; k++) {
             let vertex = vertices[first_slot + k];
@@ -239,5 +240,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     sums[cell + 5u] += scattered.z;
     sums[params.batches * params.receivers * params.suns * 6u + number] += doubt;
     atomicAdd(&counters.segments, rays);
-    count_finished(sample == params.disc_samples && path == params.paths);
+    count_finished(sample == params.disc_samples && path == params.end_path);
 }

@@ -61,9 +61,9 @@ gpu_struct! {
         image_x: [f32; 3],
         receivers_first: u32,
         image_y: [f32; 3],
-        padding2: u32,
+        first_path: u32,
         image_z: [f32; 3],
-        padding3: u32,
+        end_path: u32,
     }
 }
 
@@ -83,6 +83,11 @@ gpu_struct! {
 
 /// Points of a disc's rim.
 const RIM: u32 = 4;
+/// Paths that one invocation gathers. Mesa's lavapipe ends all loops of an invocation after 65,535 turns; the rays
+/// of a path take up to 160 between slats, that to a point of the disc up to 60, whatever lies behind.
+const MOST_PATHS: usize = 64;
+/// Points of a disc in a batch, all of which one invocation takes.
+const MOST_POINTS: u32 = 512;
 /// Pairs of receiver and sun, over all batches, of one dispatch: bounds its time.
 const MOST_PAIRS: usize = 1 << 20;
 
@@ -129,6 +134,7 @@ impl<'d> SunTracer<'d> {
         suns: &[Sun],
         options: &SunOptions,
     ) -> Result<Self> {
+        let options = &options.in_batches_of(MOST_POINTS);
         if options.batches < 2 || options.disc_samples == 0 || options.path_sets == 0 {
             return Err(Error::new("a sun matrix needs at least two batches, one point of the sun's disc and one set of paths"));
         }
@@ -191,6 +197,11 @@ impl<'d> SunTracer<'d> {
         let slots = if o.scatters() { batches * u64::from(o.paths * o.path_sets * o.most_vertices()) * 64 } else { 64 };
         let most = (MOST_PAIRS / (self.sun_count * o.batches as usize).max(1)).clamp(1, 1 << 15);
         Ok(Plan::new(self.device, o.memory, receivers, &[sums, sums, slots, 64], &[], 1)?.at_most(most))
+    }
+
+    /// How much is sampled, in the batches that come out.
+    pub fn options(&self) -> &SunOptions {
+        &self.options
     }
 
     /// Constants of kernels that trace rays to suns.
@@ -272,9 +283,10 @@ impl<'d> SunTracer<'d> {
         let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * 7)?;
         let (kernel, images) = self.mirrored.as_ref().map_or((&self.gather, &[][..]), |(kernel, images)| (kernel, &images[..]));
         let passes = std::iter::once((&self.gather, glam::Mat3::IDENTITY)).chain(images.iter().map(|image| (kernel, *image)));
-        for (kernel, image) in passes {
+        let chunks = (0..paths.max(1)).step_by(MOST_PATHS).map(|first| [first, paths.min(first + MOST_PATHS as u32)]);
+        for ((kernel, image), [first_path, end_path]) in passes.flat_map(|pass| chunks.clone().map(move |chunk| (pass, chunk))) {
             let [image_x, image_y, image_z] = image.to_cols_array_2d();
-            let params = device.uniform("suns", &SunGatherParams { image_x, image_y, image_z, ..params })?;
+            let params = device.uniform("suns", &SunGatherParams { image_x, image_y, image_z, first_path, end_path, ..params })?;
             let own = [
                 ("params", &params),
                 ("receivers", receivers),
