@@ -37,9 +37,10 @@ struct SunGatherParams {
     // Whether neighbours take neighbouring receivers, not suns: their rays go side by side.
     receivers_first: u32,
     image_y: vec3<f32>,
-    padding2: u32,
+    // Paths of this dispatch: some drivers end loops early. What is straight belongs to the first.
+    first_path: u32,
     image_z: vec3<f32>,
-    padding3: u32,
+    end_path: u32,
 }
 
 // Whether the sun's image in mirrors is looked for, not the sun itself.
@@ -141,14 +142,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var rays = 0u;
     var straight = vec3<f32>(0.0);
     var cosines = 0.0;
-    var risen = true;
+    var risen = params.first_path == 0u;
     var sample = params.disc_samples;
     let centre = image_of(sun.direction);
     var doubt = 0.0;
     if STRAIGHT || MIRRORED {
-        sample = 0u;
+        sample = select(params.disc_samples, 0u, risen);
         // One ray in place of many where a wall is in the way, or a slat that is wide enough.
-        let worth_it = params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre, params.gates, params.window_count));
+        let worth_it = risen && params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre, params.gates, params.window_count));
         if worth_it && hidden_by_one(receiver.position, centre, sun.chord, !MIRRORED) {
             sample = params.disc_samples;
             risen = false;
@@ -202,11 +203,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     var scattered = vec3<f32>(0.0);
-    var path = 0u;
+    var path = params.first_path;
     if SCATTERED {
         let own_set = sun.number % params.path_sets;
         let first_path = ((batch * params.receivers + receiver_index) * params.path_sets + own_set) * params.paths;
-        for (; path < params.paths; path++) {
+        for (; path < params.end_path; path++) {
             let first_slot = (first_path + path) * params.most_vertices;
             for (var k = 0u; k < params.most_vertices; k++) {
                 let vertex = vertices[first_slot + k];
@@ -235,5 +236,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     sums[cell + 5u] += scattered.z;
     sums[params.batches * params.receivers * params.suns * 6u + number] += doubt;
     atomicAdd(&counters.segments, rays);
-    count_finished(sample == params.disc_samples && path == params.paths);
+    count_finished(sample == params.disc_samples && path == params.end_path);
 }

@@ -75,6 +75,18 @@ impl SunOptions {
         Self { bounces: Some(0), ..self }
     }
 
+    /// As many samples in batches of no more than so many points of a disc.
+    #[must_use]
+    pub(super) fn in_batches_of(self, points: u32) -> Self {
+        let times = self.disc_samples.div_ceil(points).max(1);
+        Self {
+            disc_samples: self.disc_samples.div_ceil(times),
+            paths: self.paths.div_ceil(times),
+            batches: self.batches.saturating_mul(times),
+            ..self
+        }
+    }
+
     /// The set of paths that the sun of this number uses.
     pub fn path_set(&self, sun: usize) -> usize {
         sun % self.path_sets as usize

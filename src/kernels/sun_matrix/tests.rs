@@ -201,6 +201,27 @@ fn tiles_and_memory_change_no_bit() {
     assert_eq!(all, compute(&device, &scene, Openings::Windows(std::slice::from_ref(&w)), &many, &suns(), &little, &Silent).unwrap());
 }
 
+/// Some drivers end long loops: what one invocation takes does not grow with what is asked for.
+#[test]
+fn any_number_of_points_and_paths_can_be_asked_for() {
+    let Some(device) = Device::for_tests("many samples of suns") else { return };
+    let (scene, w) = blinds(0.6);
+    let windows = [w];
+    let run = |options: SunOptions| compute(&device, &scene, Openings::Windows(&windows), &sensors(), &suns(), &options, &Silent).unwrap();
+    let few = run(SunOptions { disc_samples: 256, paths: 256, ..SunOptions::default() });
+    let many = run(SunOptions { disc_samples: 1 << 14, paths: 1 << 12, ..SunOptions::default() });
+    let (mut found, mut worst) = (0, 0.0f32);
+    for ((a, b), error) in few.total.data().iter().zip(many.total.data()).zip(few.standard_error().data()) {
+        // Four batches tell an error within a factor of two; half a point of the disc is always in doubt.
+        worst = worst.max((a - b).abs() / (error + 0.01 * b + 1e-9));
+        found += usize::from(*b > 0.0);
+    }
+    println!("{found} entries, {worst:.1} standard errors");
+    assert!(found >= 36 && worst < 6.0, "{found} {worst}");
+    let error = |m: &SunMatrix| m.standard_error().data().iter().map(|e| e * e).sum::<f32>().sqrt();
+    assert!(error(&many) < 0.4 * error(&few), "{} {}", error(&many), error(&few));
+}
+
 #[test]
 fn senseless_input_is_refused_and_work_can_be_stopped() {
     let Some(device) = Device::for_tests("bad input of the sun matrix") else { return };

@@ -63,9 +63,9 @@ gpu_struct! {
         image_x: [f32; 3],
         receivers_first: u32,
         image_y: [f32; 3],
-        padding2: u32,
+        first_path: u32,
         image_z: [f32; 3],
-        padding3: u32,
+        end_path: u32,
     }
 }
 
@@ -85,6 +85,11 @@ gpu_struct! {
 
 /// Points of a disc's rim.
 const RIM: u32 = 4;
+/// Paths that one invocation gathers. Mesa's lavapipe ends all loops of an invocation after 65,535 turns; the rays
+/// of a path take up to 160 between slats, that to a point of the disc up to 60, whatever lies behind.
+const MOST_PATHS: usize = 64;
+/// Points of a disc in a batch, all of which one invocation takes.
+const MOST_POINTS: u32 = 512;
 /// Pairs of receiver and sun, over all batches, of one dispatch: bounds its time.
 const MOST_PAIRS: usize = 1 << 20;
 
@@ -135,6 +140,7 @@ impl<'d> SunTracer<'d> {
         suns: &[Sun],
         options: &SunOptions,
     ) -> Result<Self> {
+        let options = &options.in_batches_of(MOST_POINTS);
         if options.batches < 2 || options.disc_samples == 0 || options.path_sets == 0 {
             return Err(Error::new("a sun matrix needs at least two batches, one point of the sun's disc and one set of paths"));
         }
@@ -200,6 +206,11 @@ impl<'d> SunTracer<'d> {
         Ok(Plan::new(self.device, o.memory, receivers, &[sums, sums, slots, 64], &[], 1)?.at_most(most))
     }
 
+    /// How much is sampled, in the batches that come out.
+    pub fn options(&self) -> &SunOptions {
+        &self.options
+    }
+
     /// Constants of kernels that trace rays to suns.
     pub fn panes(&self) -> [(&'static str, f64); 1] {
         [("HAS_PANES", f64::from(u8::from(self.panes)))]
@@ -217,10 +228,6 @@ impl<'d> SunTracer<'d> {
 
     pub(super) fn device(&self) -> &'d Device {
         self.device
-    }
-
-    pub(super) fn options(&self) -> &SunOptions {
-        &self.options
     }
 
     pub(super) fn window_count(&self) -> u32 {
@@ -307,9 +314,11 @@ impl<'d> SunTracer<'d> {
         if let Some((kernel, images)) = &self.mirrored {
             passes.extend(images.iter().map(|image| (kernel, *image)));
         }
-        for (kernel, image) in passes {
+        let chunks = (0..paths.max(1)).step_by(MOST_PATHS).map(|first| [first, paths.min(first + MOST_PATHS as u32)]);
+        for ((kernel, image), [first_path, end_path]) in passes.into_iter().flat_map(|pass| chunks.clone().map(move |chunk| (pass, chunk)))
+        {
             let [image_x, image_y, image_z] = image.to_cols_array_2d();
-            let params = device.uniform("suns", &SunGatherParams { image_x, image_y, image_z, ..params })?;
+            let params = device.uniform("suns", &SunGatherParams { image_x, image_y, image_z, first_path, end_path, ..params })?;
             let own = [
                 ("params", &params),
                 ("receivers", receivers),
