@@ -14,7 +14,7 @@ struct PaneParams {
     panes: u32,
     // Directions to a sun's disc per batch, where the disc itself is seen.
     disc_samples: u32,
-    // Cells of each batch that one dispatch gathers.
+    // Cells that one dispatch takes: of each batch where light is gathered, of all where ways are traced.
     first_cell: u32,
     end_cell: u32,
     // Receivers from one batch to the next; 0 if all batches share them.

@@ -1,6 +1,7 @@
 // What every receiver gets straight from every sun's disc through panes that let it pass.
 
 import package::shared::bvh::{FAR_AWAY};
+import package::shared::random::{hash_combine};
 import package::shared::receiver::{Receiver};
 import package::shared::window::{distance_through, straight_transmittance};
 import package::shared::counters::{count_finished};
@@ -44,9 +45,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let receiver = receivers[id.z * params.batch_stride + id.x];
     let sun = suns[id.y * params.panes];
+    // In a picture the receivers' points differ, and so do their points of the disc, so that errors even out.
+    let seed = select(params.seed, hash_combine(params.seed, receiver.number), params.batch_stride > 0u);
     var sum = vec3<f32>(0.0);
     for (var i = 0u; i < params.disc_samples; i++) {
-        let direction = disc_direction(sun.direction, sun.chord, pane_random(params.seed, id.z, i));
+        let direction = disc_direction(sun.direction, sun.chord, pane_random(seed, id.z, i));
         let cosine = dot(direction, receiver.normal);
         if cosine > 0.0 {
             sum += through_panes(receiver.position, direction, id.y) * cosine;

@@ -1,6 +1,7 @@
 // Radiance of points of the panes towards an eye, per sun.
 
 import package::shared::bvh::{FAR_AWAY};
+import package::shared::random::{hash_combine};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
 import package::shared::pane::{
@@ -33,12 +34,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pane = panes[point.pane];
     let sun = suns[id.y * params.panes + point.pane];
     let outgoing = pane_local(pane, point.outgoing);
+    let seed = select(params.seed, hash_combine(params.seed, point.number), params.batch_stride > 0u);
     var sum = vec3<f32>(0.0);
     if outgoing.z > 0.0 && pane.words != NO_SCATTERING {
         let lobe = bsdf_lobe(pane.words, TRANSMISSION_FRONT);
         let out_key = outgoing_key(lobe, outgoing);
         for (var i = 0u; i < params.disc_samples; i++) {
-            let towards = disc_direction(sun.direction, sun.chord, pane_random(params.seed, id.z, i));
+            let towards = disc_direction(sun.direction, sun.chord, pane_random(seed, id.z, i));
             let incident = -pane_local(pane, towards);
             if incident.z > 0.0 {
                 let apart = outgoing.xy - incident.xy;

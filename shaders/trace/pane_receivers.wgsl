@@ -15,11 +15,13 @@ import package::shared::pane::{PaneParams, Pane, PaneCell, NO_SCATTERING};
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= params.receivers || id.y >= params.cells * params.batches {
+    // Of all batches.
+    let index = params.first_cell + id.y;
+    if id.x >= params.receivers || index >= params.end_cell {
         return;
     }
-    let receiver = receivers[id.y / params.cells * params.batch_stride + id.x];
-    let cell = cells[id.y];
+    let receiver = receivers[index / params.cells * params.batch_stride + id.x];
+    let cell = cells[index];
     let pane = panes[cell.pane];
     let to_cell = cell.position - receiver.position;
     let distance = max(length(to_cell), 1e-9);
@@ -31,6 +33,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if dot(direction, pane.z) < 0.0 && reach > 0.0 && pane.words != NO_SCATTERING {
         share = straight_transmittance(receiver.position, direction, distance * 0.99999) * pane.tint;
     }
-    passed[id.y * params.receivers + id.x] = vec4<f32>(share, 0.0);
+    passed[index * params.receivers + id.x] = vec4<f32>(share, 0.0);
     count_finished(true);
 }

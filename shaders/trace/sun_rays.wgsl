@@ -1,6 +1,7 @@
 // What single rays see of the sun: the straight transmittance of each.
 
-import package::shared::sun::{SunRecord, Gate, passes_gate, sun_transmittance};
+import package::shared::gates::{passes_gates};
+import package::shared::sun::{SunRecord, sun_transmittance};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{count_finished};
 
@@ -21,7 +22,6 @@ struct SunRayParams {
 @group(0) @binding(6) var<uniform> params: SunRayParams;
 @group(0) @binding(7) var<storage, read> rays: array<SunRay>;
 @group(0) @binding(8) var<storage, read_write> passed: array<vec4<f32>>;
-@group(0) @binding(11) var<storage, read> gates: array<Gate>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -31,11 +31,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     }
     let ray = rays[index];
     var result = vec3<f32>(0.0);
-    for (var g = 0u; g < params.gates; g++) {
-        if passes_gate(gates[g], ray.origin, ray.direction) {
-            result = sun_transmittance(ray.origin, ray.direction);
-            break;
-        }
+    if passes_gates(ray.origin, ray.direction, params.gates) {
+        result = sun_transmittance(ray.origin, ray.direction);
     }
     passed[index] = vec4<f32>(result, 0.0);
     count_finished(true);

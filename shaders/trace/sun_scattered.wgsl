@@ -51,10 +51,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sun_index = list.first_sun + id.x * params.stride;
     var sum = vec3<f32>(0.0);
     var rays = 0u;
+    var k = 0u;
     if sun_index < params.all_suns {
         let sun = suns[sun_index];
         let seed = hash_combine(hash_combine(params.seed, list.stream), sun.number);
-        for (var k = 0u; k < list.count; k++) {
+        for (; k < list.count; k++) {
             let vertex = vertices[list.first + k];
             if vertex.material == 0u {
                 k = (k / params.path_slots + 1u) * params.path_slots - 1u;
@@ -78,5 +79,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         sums[cell + 2u * params.suns] = sum.z;
     }
     atomicAdd(&counters.segments, rays);
-    count_finished(true);
+    // Some drivers end long loops silently.
+    count_finished(k >= list.count || sun_index >= params.all_suns);
 }

@@ -2,10 +2,9 @@
 // distance times area, where nothing is in the way. One pair of receiver and point per invocation.
 
 import package::shared::receiver::{Receiver, SunVertex};
-import package::shared::bvh::{closest_hit, traverse, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE};
-import package::shared::material::{materials, smooth_specular, largest};
-import package::shared::sun::{leaves_through_window, is_clear, HAS_PANES, MOST_PASSED};
-import package::shared::window::{windows, rings, window_triangles};
+import package::shared::bvh::{light_passing, ANY, ANY_BUT_CLEAR};
+import package::shared::sun::{HAS_PANES};
+import package::shared::window::{windows, rings, window_triangles, leaves_through_window};
 import package::shared::counters::{counters, count_finished};
 
 struct ShadeLinkParams {
@@ -28,39 +27,6 @@ struct ShadeLinkParams {
 // [receiver][point][component]
 @group(0) @binding(9) var<storage, read_write> links: array<f32>;
 
-var<private> rays: u32;
-
-// What part of light passes straight over this distance.
-fn clear_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {
-    rays += 1u;
-    if !HAS_PANES {
-        let hit = traverse(origin, direction, distance, true);
-        return select(vec3<f32>(1.0), vec3<f32>(0.0), hit.triangle != NO_TRIANGLE);
-    }
-    var result = vec3<f32>(1.0);
-    var start = origin;
-    var left = distance;
-    for (var passed = 0u; passed < MOST_PASSED; passed++) {
-        let hit = closest_hit(start, direction, left);
-        if hit.triangle == NO_TRIANGLE {
-            return result;
-        }
-        let material = materials[triangle_material(hit.triangle)];
-        if !is_clear(material) {
-            return vec3<f32>(0.0);
-        }
-        let normal = triangle_normal(hit.triangle);
-        let cosine = dot(normal, direction);
-        result *= smooth_specular(material, max(abs(cosine), 1e-6), cosine < 0.0)[0];
-        start = leave_surface(hit, select(-normal, normal, cosine > 0.0));
-        left -= hit.distance;
-        if left <= 0.0 {
-            return result;
-        }
-    }
-    return vec3<f32>(0.0);
-}
-
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= params.points || id.y >= params.receivers {
@@ -73,8 +39,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let direction = way / max(distance, 1e-20);
     let cosines = max(dot(direction, receiver.normal), 0.0) * max(-dot(direction, point.facing), 0.0);
     var link = vec3<f32>(0.0);
+    var rays = 0u;
     if cosines > 0.0 && (params.window_count == 0u || leaves_through_window(receiver.position, direction, params.window_count)) {
-        link = clear_transmittance(receiver.position, direction, distance) * (cosines * point.area / (distance * distance));
+        rays = 1u;
+        link = light_passing(receiver.position, direction, distance, select(ANY, ANY_BUT_CLEAR, HAS_PANES)) * (cosines * point.area / (distance * distance));
     }
     let cell = (id.y * params.points + id.x) * params.components;
     links[cell] = link.x;

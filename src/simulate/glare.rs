@@ -33,7 +33,7 @@ use crate::glare::geometry::PixelGeometry;
 use crate::glare::{Analyser, index};
 use crate::gpu::Device;
 use crate::kernels::glare::{
-    AddedLight, Additions, Batches, HourNoise, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year,
+    AddedLight, Additions, Batches, HourNoise, PixelSource, ReadyView, SharedNoise, Stack, StackOptions, Year, for_device, year,
 };
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::product::Multiplier;
@@ -153,11 +153,17 @@ struct SunLight<'a> {
 }
 
 impl Additions for SunLight<'_> {
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<()> {
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
         let luminance = |v: [f32; 3]| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * f64::from(v[c])).sum::<f64>() as f32;
         let lit = self.pictures.sun_picture_with_errors(self.hours[hour])?;
-        pixels.extend(lit.into_iter().map(|(pixel, v, error)| AddedLight { pixel, luminance: luminance(v), error }));
-        Ok(())
+        let errors = lit.errors.iter().zip(&lit.shared_errors);
+        pixels.extend(lit.pixels.iter().zip(errors).map(|(&(pixel, v), (&error, &shared_error))| AddedLight {
+            pixel,
+            luminance: luminance(v),
+            error,
+            shared_error,
+        }));
+        Ok(lit.shared)
     }
 }
 

@@ -28,6 +28,7 @@ mod sampling;
 pub mod shade;
 mod store;
 mod summary;
+mod sun_coding;
 pub mod sun_pictures;
 pub mod suns;
 mod table;

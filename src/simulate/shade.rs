@@ -42,8 +42,10 @@ impl Shade {
         }
         let triangles = together.triangles[first.min(together.triangles.len())..].to_vec();
         let shade = Self { scene: Scene { triangles, sources: Vec::new(), ..together } };
-        let lies_well = shade.check(window, warnings).and_then(|()| shade.check_slabs(&panes, warnings));
-        lies_well.map_err(|e| e.file(file).field(format!("window '{}'", section.name)))?;
+        let mut doubts = Warnings::new();
+        let place = |e: Error| e.file(file).field(format!("window '{}'", section.name));
+        shade.check(window, &mut doubts).and_then(|()| shade.check_slabs(&panes, &mut doubts)).map_err(place)?;
+        doubts.iter().for_each(|doubt| warnings.push(place(doubt.clone())));
         Ok(Some(shade))
     }
 

@@ -10,6 +10,7 @@ use super::project::Project;
 use super::rounds::Part;
 use super::shade::{add, black_model};
 use super::store::Store;
+use super::sun_coding::{decode, encode};
 use super::suns::SunSet;
 use super::views::ViewSection;
 use crate::camera::Raster;
@@ -26,14 +27,11 @@ use std::sync::{Mutex, PoisonError};
 
 /// First bytes of a file of sparse pictures. Then, little endian: the inputs' fingerprint with its
 /// length; the hours with their number, each its sun (from 1, 0 for none; u32) and radiance (f64);
-/// the pictures with their number, each its sun, entries and the entries.
-const MAGIC: &[u8; 8] = b"LUCSUNS3";
+/// the view's number of pixels; the pictures with their number, each its sun, length in bytes, and these
+/// bytes ([`sun_coding`](super::sun_coding)).
+const MAGIC: &[u8; 8] = b"LUCSUNS4";
 /// Bytes of an hour.
 const HOUR: usize = 12;
-/// Bytes before the entries of a picture: sun, entries.
-const HEAD: usize = 16;
-/// Bytes of an entry: number of the pixel, radiance of three channels, standard error of its luminance.
-const ENTRY: usize = 20;
 /// Memory for the pictures of suns that are traced together, bytes; each pixel may take this much.
 const GROUP_BYTES: usize = 1 << 28;
 const PIXEL_BYTES: usize = 64;
@@ -46,13 +44,15 @@ pub struct SunPictures {
     places: BTreeMap<usize, Place>,
     /// Per hour: sun and radiance.
     hours: Vec<Option<(usize, f64)>>,
+    /// Of the view.
+    pixels: usize,
 }
 
 /// Where a sun's picture is in the file.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     start: u64,
-    entries: usize,
+    bytes: usize,
 }
 
 /// What they are computed from.
@@ -92,7 +92,7 @@ impl SunPictureJob<'_> {
         let path = self.store.sun_pictures_path(&view.name);
         if let Some(given) = &view.given.sun {
             let pictures = picture_sets::SunsGiven::open(given, self.suns, raster)?;
-            self.write(&path, "imported", &needed, &mut |out, fault| {
+            self.write(&path, "imported", [raster.len(), needed.len()], &mut |out, fault| {
                 needed.iter().try_for_each(|&number| write_picture(out, number, &pictures.read(number)?).map_err(fault))
             })?;
             return SunPictures::open(&path).map(|kept| kept.pictures);
@@ -115,7 +115,7 @@ impl SunPictureJob<'_> {
         let first_shade = self.inputs.scene.materials.len() as u32;
         let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded, panes: &panes };
         let group = (GROUP_BYTES / (raster.len() * PIXEL_BYTES)).clamp(1, 256);
-        self.write(&path, &inputs.to_string(), &needed, &mut |out, fault| {
+        self.write(&path, &inputs.to_string(), [raster.len(), needed.len()], &mut |out, fault| {
             for (part, numbers) in needed.chunks(group).enumerate() {
                 let suns: Vec<Sun> = numbers.iter().map(|&n| self.suns.suns[n]).collect();
                 let stage = Part::of(self.progress, part, needed.len().div_ceil(group));
@@ -133,18 +133,18 @@ impl SunPictureJob<'_> {
         &self,
         path: &Path,
         inputs: &str,
-        needed: &[usize],
+        [pixels, suns]: [usize; 2],
         pictures: &mut dyn FnMut(&mut dyn Write, &dyn Fn(std::io::Error) -> Error) -> Result<()>,
     ) -> Result<()> {
         crate::files::write_atomically(path, |out| {
             let fault = |e: std::io::Error| Error::io(path, &e);
-            write_head(out, inputs, &self.suns.hours, needed.len()).map_err(fault)?;
+            write_head(out, inputs, &self.suns.hours, [pixels, suns]).map_err(fault)?;
             pictures(out, &fault)
         })
     }
 }
 
-fn write_head(out: &mut dyn Write, inputs: &str, hours: &[Option<(usize, f64)>], pictures: usize) -> std::io::Result<()> {
+fn write_head(out: &mut dyn Write, inputs: &str, hours: &[Option<(usize, f64)>], [pixels, pictures]: [usize; 2]) -> std::io::Result<()> {
     out.write_all(MAGIC)?;
     out.write_all(&(inputs.len() as u64).to_le_bytes())?;
     out.write_all(inputs.as_bytes())?;
@@ -156,18 +156,14 @@ fn write_head(out: &mut dyn Write, inputs: &str, hours: &[Option<(usize, f64)>],
         bytes.extend(radiance.to_le_bytes());
     }
     out.write_all(&bytes)?;
+    out.write_all(&(pixels as u64).to_le_bytes())?;
     out.write_all(&(pictures as u64).to_le_bytes())
 }
 
 fn write_picture(out: &mut dyn Write, number: usize, picture: &SunPicture) -> std::io::Result<()> {
-    let pixels = &picture.pixels;
-    let mut bytes = Vec::with_capacity(HEAD + pixels.len() * ENTRY);
-    bytes.extend((number as u64).to_le_bytes());
-    bytes.extend((pixels.len() as u64).to_le_bytes());
-    for ((pixel, value), error) in pixels.iter().zip(&picture.errors) {
-        bytes.extend(pixel.to_le_bytes());
-        value.iter().chain([error]).for_each(|v| bytes.extend(v.to_le_bytes()));
-    }
+    let bytes = encode(picture);
+    out.write_all(&(number as u64).to_le_bytes())?;
+    out.write_all(&(bytes.len() as u64).to_le_bytes())?;
     out.write_all(&bytes)
 }
 
@@ -222,14 +218,14 @@ impl SunPictures {
         if words.bytes(MAGIC.len() as u64).ok().as_deref() != Some(MAGIC) {
             return Err(Error::new("this is no file of suns' pictures").file(path).help("delete it: it will be computed again"));
         }
-        let (inputs, hours, places) = Self::read_places(&mut words).map_err(fault)?;
+        let (inputs, hours, pixels, places) = Self::read_places(&mut words).map_err(fault)?;
         let file = std::fs::File::open(path).map_err(fault)?;
         let inputs = String::from_utf8_lossy(&inputs).into_owned();
-        Ok(Kept { inputs, pictures: Self { path: path.to_path_buf(), file: Mutex::new(file), places, hours } })
+        Ok(Kept { inputs, pictures: Self { path: path.to_path_buf(), file: Mutex::new(file), places, hours, pixels } })
     }
 
-    #[allow(clippy::type_complexity, reason = "the three parts of a file")]
-    fn read_places(words: &mut Words) -> std::io::Result<(Vec<u8>, Vec<Option<(usize, f64)>>, BTreeMap<usize, Place>)> {
+    #[allow(clippy::type_complexity, reason = "the parts of a file")]
+    fn read_places(words: &mut Words) -> std::io::Result<(Vec<u8>, Vec<Option<(usize, f64)>>, usize, BTreeMap<usize, Place>)> {
         let length = words.number()?;
         let inputs = words.bytes(length)?;
         let hours = words.number()?.saturating_mul(HOUR as u64);
@@ -239,14 +235,15 @@ impl SunPictures {
             Some((sun as usize, f64::from_le_bytes(radiance)))
         };
         let hours = words.bytes(hours)?.as_chunks::<HOUR>().0.iter().map(hour).collect();
+        let pixels = words.number()? as usize;
         let mut places = BTreeMap::new();
         for _ in 0..words.number()? {
-            let [number, entries] = [words.number()?, words.number()?];
+            let [number, bytes] = [words.number()?, words.number()?];
             let start = words.position;
-            words.skip(entries.saturating_mul(ENTRY as u64))?;
-            places.insert(number as usize, Place { start, entries: entries as usize });
+            words.skip(bytes)?;
+            places.insert(number as usize, Place { start, bytes: bytes as usize });
         }
-        Ok((inputs, hours, places))
+        Ok((inputs, hours, pixels, places))
     }
 
     /// Numbers of the suns that have a picture.
@@ -260,19 +257,19 @@ impl SunPictures {
     /// # Errors
     /// A file that cannot be read any more.
     pub fn sun_picture(&self, hour: usize) -> Result<SparsePicture> {
-        Ok(self.sun_picture_with_errors(hour)?.into_iter().map(|(pixel, value, _)| (pixel, value)).collect())
+        Ok(self.sun_picture_with_errors(hour)?.pixels)
     }
 
-    /// The same, with the standard error of each pixel's luminance, cd/m²; pixels are independent.
+    /// The same with standard errors, cd/m² and lx.
     ///
     /// # Errors
     /// As [`sun_picture`](Self::sun_picture).
-    pub fn sun_picture_with_errors(&self, hour: usize) -> Result<Vec<(u32, [f32; 3], f32)>> {
-        let Some((sun, radiance)) = self.hours.get(hour).copied().flatten() else { return Ok(Vec::new()) };
+    pub fn sun_picture_with_errors(&self, hour: usize) -> Result<SunPicture> {
+        let Some((sun, radiance)) = self.hours.get(hour).copied().flatten() else { return Ok(SunPicture::default()) };
         if !self.places.contains_key(&sun) {
             return Err(Error::new(format!("the sun of hour {hour} was not traced")).file(&self.path));
         }
-        self.entries(sun, radiance)
+        self.picture(sun, radiance)
     }
 
     /// The picture of a sun of this radiance, W/m²sr; empty if there is none.
@@ -280,21 +277,22 @@ impl SunPictures {
     /// # Errors
     /// A file that cannot be read any more.
     pub fn of_sun(&self, sun: usize, radiance: f64) -> Result<SparsePicture> {
-        Ok(self.entries(sun, radiance)?.into_iter().map(|(pixel, value, _)| (pixel, value)).collect())
+        Ok(self.picture(sun, radiance)?.pixels)
     }
 
-    fn entries(&self, sun: usize, radiance: f64) -> Result<Vec<(u32, [f32; 3], f32)>> {
-        let Some(&Place { start, entries }) = self.places.get(&sun) else { return Ok(Vec::new()) };
-        let mut bytes = vec![0u8; entries * ENTRY];
+    fn picture(&self, sun: usize, radiance: f64) -> Result<SunPicture> {
+        let Some(&Place { start, bytes }) = self.places.get(&sun) else { return Ok(SunPicture::default()) };
+        let mut bytes = vec![0u8; bytes];
         {
             let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
             file.seek(SeekFrom::Start(start)).and_then(|_| file.read_exact(&mut bytes)).map_err(|e| Error::io(&self.path, &e))?;
         }
-        let word = |entry: &[u8], i: usize| [entry[4 * i], entry[4 * i + 1], entry[4 * i + 2], entry[4 * i + 3]];
-        let entry = |e: &[u8]| {
-            let number = |i: usize| (f64::from(f32::from_le_bytes(word(e, i))) * radiance) as f32;
-            (u32::from_le_bytes(word(e, 0)), [1, 2, 3].map(number), number(4))
-        };
-        Ok(bytes.chunks_exact(ENTRY).map(entry).collect())
+        let damaged = || Error::new("a sun's picture is damaged").file(&self.path).help("delete the file: it will be computed again");
+        let mut picture = decode(&bytes, self.pixels).ok_or_else(damaged)?;
+        let values = picture.pixels.iter_mut().flat_map(|(_, value)| value);
+        let errors = picture.errors.iter_mut().chain(&mut picture.shared_errors);
+        values.chain(errors).for_each(|v| *v = (f64::from(*v) * radiance) as f32);
+        picture.shared = picture.shared.times(radiance);
+        Ok(picture)
     }
 }

@@ -277,3 +277,33 @@ fn damaged_files_of_all_kinds_are_read_or_refused() {
         println!("{name}: {read} of {rounds} damaged files were read");
     }
 }
+
+/// Slats of a shade in the slab of a BSDF that is a little too thin for what lies farthest from its face.
+#[test]
+fn a_shade_that_sticks_out_of_its_slab_is_told_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let slats = std::fs::read_to_string(format!("{SCENES}/blinds/blinds.rad")).unwrap();
+    let with = |thickness: f64| {
+        // The pane, 0.09 behind the face, lies farthest out.
+        let head = format!(
+            "void BSDF proxy\n6 {thickness} {SCENES}/blinds/blind.xml 0 0 1 .\n0\n0\n\
+             proxy polygon face 0 0 12  0.7 -0.06 0.95  0.7 -0.06 2.15  2.3 -0.06 2.15  2.3 -0.06 0.95\n"
+        );
+        std::fs::write(folder.path().join("proxy.rad"), head + &slats).unwrap();
+        said(folder.path(), "shade = \"proxy.rad\"", "", "phases = 5")
+    };
+    // A hundredth of the thickness and a tenth of a millimetre are rounding: 0.00098 here.
+    let line = 5 + 1 + slats.lines().position(|l| l.contains("polygon the_pane")).unwrap();
+    let place = format!("'the_pane' (line {line})");
+    check(&[
+        ("thick enough", with(0.0901), &[]),
+        ("too thin by rounding", with(0.0892), &[]),
+        (
+            "a little too thin",
+            with(0.0885),
+            &["warning", "proxy.rad", "window 'south'", &place, "0.0015 outside the slab of 0.0885", "'face' (line 5)", "as its thickness"],
+        ),
+        ("for most of it", with(0.06), &["warning", &place, "0.0300 outside the slab of 0.0600"]),
+        ("altogether on the wrong side", with(-0.06), &["error", "proxy.rad", "outside the slab of 0.0600"]),
+    ]);
+}

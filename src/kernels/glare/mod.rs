@@ -21,12 +21,14 @@ mod device;
 mod native;
 mod noise;
 pub mod reference;
+mod shared;
 mod stack;
 mod year;
 
 pub use device::OnDevice;
 pub use native::Native;
 pub use noise::{BatchSums, Batches, HourNoise};
+pub use shared::{PixelWeights, SharedNoise, SharedSums};
 pub use stack::{InMemory, PixelSource, Stack, StackOptions};
 pub use year::{HourGlare, ReadyView, Year, year};
 
@@ -43,11 +45,12 @@ pub fn registered() -> Vec<Registered> {
 
 /// Light that is added to the pictures of some hours, such as that of the sun itself.
 pub trait Additions: Sync {
-    /// Appends the pixels with additional light in the `hour`-th column of the coefficients, ascending.
+    /// Appends the pixels with additional light in the `hour`-th column of the coefficients, ascending, and
+    /// tells by how much they err together.
     ///
     /// # Errors
     /// Whatever prevents it.
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<()>;
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise>;
 }
 
 /// Additional light in a pixel.
@@ -59,6 +62,8 @@ pub struct AddedLight {
     pub luminance: f32,
     /// Standard error of it, independent of other pixels' and of everything else's; 0 if not known.
     pub error: f32,
+    /// Standard error by what pixels share ([`SharedNoise`]), cd/m².
+    pub shared_error: f32,
 }
 
 /// Hours that are computed together.

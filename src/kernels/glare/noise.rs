@@ -154,7 +154,8 @@ impl Slopes {
                 let by_pixel_luminance = by_luminance * solid_angles[pixel as usize] / source.solid_angle;
                 *weights.entry(stack.blocks.of(pixel as usize)).or_default() += by_pixel_luminance;
                 by_pixel.insert(pixel, by_pixel_luminance);
-                let error = added.binary_search_by_key(&pixel, |a| a.pixel).map_or(0.0, |at| f64::from(added[at].error));
+                let error_of = |a: &AddedLight| f64::from(a.error).hypot(f64::from(a.shared_error));
+                let error = added.binary_search_by_key(&pixel, |a| a.pixel).map_or(0.0, |at| error_of(&added[at]));
                 let Ok(at) = found.pixels.binary_search(&pixel) else { continue };
                 let luminance = f64::from(found.luminance[at]);
                 let distance = (luminance - glare.threshold) / error;
@@ -183,7 +184,7 @@ impl Slopes {
     pub fn variance(&self, stack: &Stack<'_>, light: &Light<'_>, is_given: bool, request: &Year<'_>) -> f64 {
         let own = if is_given { 0.0 } else { self.by_illuminance };
         let (batches, noise) = (request.batches, request.noise);
-        let Light { hour, coefficients, added } = *light;
+        let Light { hour, coefficients, added, shared } = *light;
         // A pixel lights the eye and belongs to a source: its two effects go together, pixels do not.
         let cosines = &stack.analyser().geometry().projected_solid_angles;
         let by_added = |a: &AddedLight| {
@@ -191,6 +192,7 @@ impl Slopes {
             (slope * f64::from(a.error)).powi(2)
         };
         let mut variance = self.crossing + added.iter().filter(|a| a.error > 0.0).map(by_added).sum::<f64>();
+        variance += shared.variance(own, &self.by_block, &stack.blocks);
         if let Some(noise) = noise {
             let mut gradient: Vec<f64> = stack.rows.illuminance.iter().map(|r| own * r).collect();
             for &(block, weight) in &self.by_block {

@@ -247,16 +247,17 @@ fn bits_do_not_depend_on_passes_memory_or_skipping() {
 struct Sun;
 
 impl Additions for Sun {
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<()> {
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
         if hour.is_multiple_of(3) {
             let light = |i: u32| AddedLight {
                 pixel: 700 + 53 * i + hour as u32,
                 luminance: 1e3 * (hour * 40 + i as usize) as f32,
                 error: 10.0 * (i + 1) as f32,
+                shared_error: 0.0,
             };
             pixels.extend((0..6).map(light));
         }
-        Ok(())
+        Ok(SharedNoise::default())
     }
 }
 
@@ -305,9 +306,69 @@ impl Noisy {
 }
 
 impl Additions for Noisy {
-    fn of_hour(&self, _hour: usize, pixels: &mut Vec<AddedLight>) -> Result<()> {
+    fn of_hour(&self, _hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
         pixels.extend(&self.0);
-        Ok(())
+        Ok(SharedNoise::default())
+    }
+}
+
+/// Light in independent batches, each of which is too bright or too dark everywhere.
+struct Batched(Vec<AddedLight>, SharedNoise);
+
+impl Batched {
+    const BATCHES: usize = 8;
+
+    fn shaken(light: &[AddedLight], weights: &PixelWeights, random: &mut Random) -> Self {
+        let factors: Vec<f64> =
+            (0..Self::BATCHES).map(|_| 1.0 + 0.2 * f64::from((0..12).map(|_| random.next()).sum::<f32>() - 6.0)).collect();
+        let mean = factors.iter().sum::<f64>() / Self::BATCHES as f64;
+        let mut sums = SharedSums::new(Some(weights), Self::BATCHES);
+        let mut light = light.to_vec();
+        for l in &mut light {
+            let batches: Vec<f64> = factors.iter().map(|f| f * f64::from(l.luminance)).collect();
+            sums.add(weights, l.pixel as usize, &batches);
+            l.luminance = (f64::from(l.luminance) * mean) as f32;
+        }
+        Self(light, sums.noise())
+    }
+}
+
+impl Additions for Batched {
+    fn of_hour(&self, _hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
+        pixels.extend(&self.0);
+        // As the light of a sun twice as strong.
+        Ok(self.1.clone().times(2.0).times(0.5))
+    }
+}
+
+#[test]
+fn noise_that_pixels_share_does_not_even_out() {
+    const RUNS: usize = 400;
+    let analyser = analyser(53, 45, Settings::default());
+    let weights = PixelWeights::new(analyser.geometry().clone());
+    let mut v = view_matrix(53, 45, true, 11);
+    v.data_mut().iter_mut().for_each(|v| *v = v.min(0.02));
+    let x = Matrix::from_data(BINS, 1, 3, vec![20.0; BINS * 3]).unwrap();
+    let options = StackOptions { dark_pixels: true, ..StackOptions::default() };
+    let mut random = Random(5);
+    let each = |pixel: u32, luminance: f32| AddedLight { pixel, luminance, error: 0.0, shared_error: 0.0 };
+    for (case, light) in [
+        ("by the eye alone", (0..900).map(|i| each(300 + i * 1700 / 900, 100.0 + (i % 7) as f32 * 40.0)).collect::<Vec<_>>()),
+        // A source of several blocks: a patch of 6 × 6 pixels.
+        ("a bright source", (0..36).map(|i| each((20 + i / 6) * 53 + 24 + i % 6, 2e4)).collect()),
+    ] {
+        let years: Vec<HourGlare> = (0..RUNS)
+            .map(|_| {
+                let (shaken, rights) = (Batched::shaken(&light, &weights, &mut random), [&x]);
+                run(&Native, &analyser, &[&v], options, &Year { additions: Some(&shaken), ..Year::new(&rights) }).remove(0)
+            })
+            .collect();
+        let mean = years.iter().map(|h| h.indices.dgp).sum::<f64>() / RUNS as f64;
+        let seen = (years.iter().map(|h| (h.indices.dgp - mean).powi(2)).sum::<f64>() / (RUNS - 1) as f64).sqrt();
+        let predicted = (years.iter().map(|h| h.standard_error.powi(2)).sum::<f64>() / RUNS as f64).sqrt();
+        println!("{case}: predicted {predicted:.3e}, seen {seen:.3e}, {} sources", years[0].sources);
+        // The spread of 400 values is known to 3.5 %, the mean of as many variances of 8 batches better.
+        assert!((predicted / seen - 1.0).abs() < 0.15, "{case}: {predicted} {seen}");
     }
 }
 
@@ -321,7 +382,8 @@ fn noise_of_added_light_reaches_dgp_by_the_eye_the_sources_and_the_threshold() {
     let options = StackOptions { dark_pixels: true, ..StackOptions::default() };
     let mut random = Random(3);
     let mut light = |count: u32, low: f32, high: f32, error: f32| {
-        let each = |i: u32| AddedLight { pixel: 300 + i * 1700 / count, luminance: low + (high - low) * random.next(), error };
+        let each =
+            |i: u32| AddedLight { pixel: 300 + i * 1700 / count, luminance: low + (high - low) * random.next(), error, shared_error: 0.0 };
         Noisy((0..count).map(each).collect())
     };
     for (case, light) in [

@@ -2,7 +2,7 @@
 
 use super::noise::{Batches, Found, HourNoise, Slopes};
 use super::stack::Stack;
-use super::{AddedLight, Additions, Detector, GlarePixels, Loaded, Pass, coefficients};
+use super::{AddedLight, Additions, Detector, GlarePixels, Loaded, Pass, SharedNoise, coefficients};
 use crate::error::{Error, Result};
 use crate::glare::{Glare, Indices, Totals, veil};
 use crate::kernels::product::reference::gamma;
@@ -16,7 +16,7 @@ const DEFAULT_PEAK_LIMIT: f64 = 50_000.0;
 /// Bytes of a glare pixel on its way, copies included.
 const GLARE_PIXEL_BYTES: u64 = 32;
 /// Bytes of a pixel with additional light, copies included.
-const ADDITION_BYTES: u64 = 44;
+const ADDITION_BYTES: u64 = 48;
 /// Most hours in a pass: enough for efficient products.
 const MOST_HOURS: usize = 512;
 /// Hours of which whole pictures are in memory at a time, where the veil needs them.
@@ -145,6 +145,8 @@ pub(super) struct Light<'a> {
     pub coefficients: &'a [f32],
     /// What is added.
     pub added: &'a [AddedLight],
+    /// By how much it errs as a whole.
+    pub shared: &'a SharedNoise,
 }
 
 /// Added light as detectors want it.
@@ -177,7 +179,8 @@ impl Work<'_, '_> {
         let (stack, terms) = (self.stack, self.stack.terms());
         let all = coefficients(stack, self.request.rights, first..first + count);
         let additions = (first..first + count).into_par_iter().map(|hour| self.added(hour)).collect::<Result<Vec<_>>>()?;
-        let sums: Vec<Sums> = all.par_chunks_exact(terms).zip(&additions).map(|(c, added)| self.sums(c, added)).collect::<Result<_>>()?;
+        let sums: Vec<Sums> =
+            all.par_chunks_exact(terms).zip(&additions).map(|(c, (added, _))| self.sums(c, added)).collect::<Result<_>>()?;
         // With a veil peaks are looked for too, wherever the threshold is.
         let limit = if stack.options.veil.is_some() { self.peak_limit().next_down() } else { f64::INFINITY };
         let thresholds: Vec<f64> = sums.iter().map(|s| s.threshold.min(limit)).collect();
@@ -187,7 +190,7 @@ impl Work<'_, '_> {
         let hours: Vec<usize> = (0..count)
             .filter(|&h| {
                 let most = magnitude(&all[h * terms..(h + 1) * terms]) * (1.0 + rounding);
-                !self.request.skip || !additions[h].is_empty() || most > thresholds[h]
+                !self.request.skip || !additions[h].0.is_empty() || most > thresholds[h]
             })
             .collect();
         let pass = Pass {
@@ -195,11 +198,14 @@ impl Work<'_, '_> {
             coefficients: hours.iter().flat_map(|&h| &all[h * terms..(h + 1) * terms]).copied().collect(),
             thresholds: hours.iter().map(|&h| thresholds[h]).collect(),
             margins: hours.iter().map(|&h| rounding * magnitude(&all[h * terms..(h + 1) * terms])).collect(),
-            additions: hours.iter().map(|&h| lit(&additions[h])).collect(),
+            additions: hours.iter().map(|&h| lit(&additions[h].0)).collect(),
             skip: self.request.skip,
         };
         let parts = if hours.is_empty() { Vec::new() } else { self.detect(&pass)? };
-        let of = |h: usize| Light { hour: first + h, coefficients: &all[h * terms..(h + 1) * terms], added: &additions[h] };
+        let of = |h: usize| {
+            let (added, shared) = &additions[h];
+            Light { hour: first + h, coefficients: &all[h * terms..(h + 1) * terms], added, shared }
+        };
         let place: Vec<Option<usize>> = (0..count).map(|h| hours.binary_search(&h).ok()).collect();
         let judged: Vec<(HourGlare, bool)> = (0..count)
             .into_par_iter()
@@ -221,7 +227,7 @@ impl Work<'_, '_> {
                 coefficients: hours.iter().flat_map(|&h| &all[h * terms..(h + 1) * terms]).copied().collect(),
                 thresholds: vec![f64::NEG_INFINITY; hours.len()],
                 margins: vec![0.0; hours.len()],
-                additions: hours.iter().map(|&h| lit(&additions[h])).collect(),
+                additions: hours.iter().map(|&h| lit(&additions[h].0)).collect(),
                 skip: false,
             };
             let parts = self.detect(&whole)?;
@@ -241,10 +247,10 @@ impl Work<'_, '_> {
         self.stack.analyser().settings().peak_limit.unwrap_or(DEFAULT_PEAK_LIMIT)
     }
 
-    fn added(&self, hour: usize) -> Result<Vec<AddedLight>> {
-        let mut pixels = Vec::new();
+    fn added(&self, hour: usize) -> Result<(Vec<AddedLight>, SharedNoise)> {
+        let (mut pixels, mut shared) = (Vec::new(), SharedNoise::default());
         if let Some(additions) = self.request.additions {
-            additions.of_hour(hour, &mut pixels)?;
+            shared = additions.of_hour(hour, &mut pixels)?;
             let count = self.stack.analyser().geometry().pixel_count();
             let sound = pixels.is_sorted_by(|a, b| a.pixel < b.pixel)
                 && pixels.iter().all(|p| (p.pixel as usize) < count && p.luminance.is_finite() && p.luminance >= 0.0)
@@ -253,7 +259,7 @@ impl Work<'_, '_> {
                 return Err(Error::new(format!("the light added in hour {hour} is not a list of pixels of the view")));
             }
         }
-        Ok(pixels)
+        Ok((pixels, shared))
     }
 
     fn sums(&self, coefficients: &[f32], added: &[AddedLight]) -> Result<Sums> {
@@ -316,7 +322,10 @@ impl Work<'_, '_> {
     fn result(&self, light: Light<'_>, found: Found<'_>, glare: &Glare, given: Option<f64>) -> HourGlare {
         let ev = given.unwrap_or(glare.vertical_illuminance);
         let mut standard_error = 0.0;
-        let is_noisy = self.request.batches.is_some() || self.request.noise.is_some() || light.added.iter().any(|a| a.error > 0.0);
+        let is_noisy = self.request.batches.is_some()
+            || self.request.noise.is_some()
+            || light.shared.batches > 1
+            || light.added.iter().any(|a| a.error > 0.0);
         if is_noisy && ev > 0.0 {
             let model = &self.stack.analyser().settings().dgp;
             let slopes = Slopes::new(glare, ev, model, self.stack, light.added, found);

@@ -21,7 +21,7 @@ use crate::scene::{Scene, Window};
 use glam::{DVec3, Vec3};
 
 gpu_struct! {
-    /// A box that light must pass (`shared/sun.wgsl`).
+    /// A box that light must pass (`shared/gates.wgsl`).
     pub(crate) struct Gate {
         x: [f32; 3],
         padding0: u32,
@@ -99,6 +99,18 @@ impl SunOptions {
     #[must_use]
     pub fn direct(self) -> Self {
         Self { bounces: Some(0), ..self }
+    }
+
+    /// As many samples in batches of no more than so many points of a disc.
+    #[must_use]
+    pub(super) fn in_batches_of(self, points: u32) -> Self {
+        let times = self.disc_samples.div_ceil(points).max(1);
+        Self {
+            disc_samples: self.disc_samples.div_ceil(times),
+            paths: self.paths.div_ceil(times),
+            batches: self.batches.saturating_mul(times),
+            ..self
+        }
     }
 
     /// The set of paths that the sun of this number uses.

@@ -18,6 +18,7 @@ use crate::camera::{PixelSamples, Raster};
 use crate::error::Result;
 use crate::gpu::{Buffer, Device, Kernel};
 use crate::gpu_struct;
+use crate::kernels::glare::{PixelWeights, SharedNoise, SharedSums};
 use crate::kernels::image_matrix::PixelRay;
 use crate::kernels::light_paths::{Receiver, finish_dispatch};
 use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
@@ -59,14 +60,20 @@ pub(super) fn registered() -> Vec<crate::gpu::Registered> {
 pub type SparsePicture = Vec<(u32, [f32; 3])>;
 
 /// What one sun puts into a picture.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SunPicture {
     /// Radiance per radiance of the disc.
     pub pixels: SparsePicture,
     /// Standard error of each pixel's luminance, cd/m² per W/m²sr of the disc, from the spread of the
     /// batches. Every pixel has surface points, points of the disc and paths of its own, so that
-    /// errors of pixels are independent. Pixels of the disc itself have none.
+    /// these errors are independent. Pixels of the disc itself have none.
     pub errors: Vec<f32>,
+    /// The same for light that panes scatter onto surfaces, whose errors go together: all pixels see the
+    /// same few points of the panes.
+    pub shared_errors: Vec<f32>,
+    /// What these do to the light at the eye and in parts of the view, per W/m²sr of the disc; empty
+    /// for views in which no glare can be judged.
+    pub shared: SharedNoise,
 }
 
 /// The scene twice: as it looks, and black but for the shades, for what the sun does in it.
@@ -107,26 +114,37 @@ pub fn compute(
     statistics: &mut TraceStatistics,
 ) -> Result<Vec<SunPicture>> {
     let mut pictures: Vec<Pixels> = vec![BTreeMap::new(); suns.len()];
+    let mut shared = vec![SharedNoise::default(); suns.len()];
     if suns.is_empty() {
         return Ok(Vec::new());
     }
     if !models.shaded.is_empty() {
         let tracer = SunTracer::new(device, models.black, Openings::Shaded(models.shaded), &[], suns, &options.slats)?;
-        between_slats(device, models, raster, &tracer, &options.slats, progress, statistics, &mut pictures)?;
+        between_slats(device, models, raster, &tracer, progress, statistics, &mut pictures)?;
         discs::add(device, raster, &tracer, suns, &|_, _| [1.0; 3], statistics, &mut pictures)?;
     }
     if !models.panes.is_empty() {
-        panes::add(device, models, raster, suns, &options.panes, progress, statistics, &mut pictures)?;
+        shared = panes::add(device, models, raster, suns, &options.panes, progress, statistics, &mut pictures)?;
     }
-    let whole = |p: Pixels| {
-        let errors = p.values().map(|(_, error)| *error).collect();
-        SunPicture { pixels: p.into_iter().map(|(pixel, (value, _))| (pixel, value)).collect(), errors }
+    let whole = |(p, shared): (Pixels, SharedNoise)| SunPicture {
+        errors: p.values().map(|e| e.error).collect(),
+        shared_errors: p.values().map(|e| e.shared_error).collect(),
+        pixels: p.into_iter().map(|(pixel, e)| (pixel, e.value)).collect(),
+        shared,
     };
-    Ok(pictures.into_iter().map(whole).collect())
+    Ok(pictures.into_iter().zip(shared).map(whole).collect())
 }
 
-/// Value and error by pixel.
-type Pixels = BTreeMap<u32, ([f32; 3], f32)>;
+/// What is known of a pixel.
+#[derive(Debug, Clone, Copy, Default)]
+struct Entry {
+    value: [f32; 3],
+    error: f32,
+    shared_error: f32,
+}
+
+/// Entries by pixel.
+type Pixels = BTreeMap<u32, Entry>;
 
 /// Surfaces that suns light between slats.
 #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
@@ -135,12 +153,11 @@ fn between_slats(
     models: &Models<'_>,
     raster: &Raster,
     tracer: &SunTracer<'_>,
-    options: &SunOptions,
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
     pictures: &mut [Pixels],
 ) -> Result<()> {
-    let windows: Vec<Window> = models.shaded.iter().map(|(w, _)| w.clone()).collect();
+    let (windows, options): (Vec<Window>, _) = (models.shaded.iter().map(|(w, _)| w.clone()).collect(), tracer.options());
     let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
     let batches = options.batches as usize;
     for chunk in tracer.plan(behind.inside.len())?.at_most(MOST_TILE).chunks() {
@@ -153,7 +170,7 @@ fn between_slats(
         let found = behind.find(tile, models.first_shade, false, statistics)?;
         let sums = tracer.trace(&found.receivers, count, count as u32, statistics)?;
         let n = pictures.len();
-        add(tile, [batches, batches], pictures, &|sun, batch, i| {
+        add(tile, [batches, batches], pictures, Errors::Own, &|sun, batch, i| {
             let cell = &sums[((batch * count + i) * n + sun) * 6..][..6];
             let weight = found.weights[batch * count + i];
             std::array::from_fn(|c| (cell[c] + cell[c + 3]) * weight[c])
@@ -242,10 +259,25 @@ impl<'a> Behind<'a> {
     }
 }
 
+/// How the errors of pixels go together.
+enum Errors<'a> {
+    /// Not at all.
+    Own,
+    /// They share them; sums of each picture, for views that have weights.
+    Shared(Option<&'a PixelWeights>, &'a mut [SharedSums]),
+}
+
 /// Puts the light of a tile into the pictures, the mean over the rays of each pixel: `shown(sun, ray,
-/// number in the tile)`. Rays belong to the batches in turn, whose spread is the error.
-fn add(tile: &[usize], [batches, rays]: [usize; 2], pictures: &mut [Pixels], shown: &(dyn Fn(usize, usize, usize) -> [f32; 3] + Sync)) {
-    pictures.par_iter_mut().enumerate().for_each(|(sun, picture)| {
+/// number in the tile)`. The batches, whose spread is the error, are runs of rays: samples of a pixel that
+/// follow each other are spread evenly over it, every fourth ones are not.
+fn add(
+    tile: &[usize],
+    [batches, rays]: [usize; 2],
+    pictures: &mut [Pixels],
+    errors: Errors<'_>,
+    shown: &(dyn Fn(usize, usize, usize) -> [f32; 3] + Sync),
+) {
+    let one = |sun: usize, picture: &mut Pixels, mut shared: Option<(Option<&PixelWeights>, &mut SharedSums)>| {
         let mut luminance = vec![0.0f64; batches];
         for (i, &pixel) in tile.iter().enumerate() {
             let mut value = [0.0f32; 3];
@@ -254,16 +286,30 @@ fn add(tile: &[usize], [batches, rays]: [usize; 2], pictures: &mut [Pixels], sho
                 let shown = shown(sun, ray, i);
                 for c in 0..3 {
                     value[c] += shown[c] / rays as f32;
-                    luminance[ray % batches] += ILLUMINANCE_WEIGHTS[c] * f64::from(shown[c]) * (batches as f64 / rays as f64);
+                    luminance[ray * batches / rays] += ILLUMINANCE_WEIGHTS[c] * f64::from(shown[c]) * (batches as f64 / rays as f64);
                 }
             }
             if value.iter().any(|v| *v > 0.0) {
-                let (sum, error) = picture.entry(pixel as u32).or_default();
-                (0..3).for_each(|c| sum[c] += value[c]);
-                *error = error.hypot(mean_and_error(&luminance).1 as f32);
+                let entry = picture.entry(pixel as u32).or_default();
+                // Where a shadow's edge crosses a pane's cells, an estimate may be a little below nothing.
+                (0..3).for_each(|c| entry.value[c] += value[c].max(0.0));
+                let error = mean_and_error(&luminance).1 as f32;
+                match &mut shared {
+                    None => entry.error = entry.error.hypot(error),
+                    Some((weights, sums)) => {
+                        entry.shared_error = entry.shared_error.hypot(error);
+                        weights.iter().for_each(|w| sums.add(w, pixel, &luminance));
+                    }
+                }
             }
         }
-    });
+    };
+    match errors {
+        Errors::Own => pictures.par_iter_mut().enumerate().for_each(|(sun, picture)| one(sun, picture, None)),
+        Errors::Shared(weights, sums) => {
+            pictures.par_iter_mut().zip(sums).enumerate().for_each(|(sun, (picture, sums))| one(sun, picture, Some((weights, sums))))
+        }
+    }
 }
 
 fn pixel_ray(tables: &TraceTables, raster: &Raster, samples: &PixelSamples, pixel: usize, sample: usize) -> PixelRay {

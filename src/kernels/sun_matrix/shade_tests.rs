@@ -125,8 +125,7 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
             let expected = expected * -low.direction.z;
             let hidden = || at(&run(&device, &b.scene, Openings::Anywhere, &[s], &[low.as_point()], &options).total, 0, 0, 0);
             assert_eq!(hidden(), 0.0);
-            let (from, to) =
-                ("let hit = traverse(origin, direction, distance, true);", "let hit = traverse(origin, direction, 1e-3, true);");
+            let (from, to) = ("light_passing(receiver.position, direction, distance,", "light_passing(receiver.position, direction, 1e-3,");
             assert!(mutation::with("trace/sun_shade_links", from, to, hidden) > 0.9 * expected);
         }
     }
@@ -204,7 +203,7 @@ fn what_panes_reflect_is_counted_once() {
     // Without the weights of forced reflections they differ.
     let (from, to) = ("pane[1] / REFLECTED", "pane[1]");
     let fault = mutation::with("shared/sun_path", from, to, || sums(ScatteredBy::Points));
-    assert!((fault.0 - paths.0).abs() > 6.0 * fault.1.hypot(paths.1), "{fault:?} {paths:?}");
+    assert!((fault.0 - points.0).abs() > 6.0 * fault.1.hypot(points.1), "{fault:?} {points:?}");
 }
 
 #[test]

@@ -92,6 +92,8 @@ const LEAST_PAIRS: f64 = 1e6;
 const FIRST_LOOK: usize = 16;
 /// Cells that it looks at, at most.
 const MOST_LOOKED_AT: usize = 4096;
+/// Vertices of one list: some drivers end long loops.
+const MOST_LISTED: usize = 256;
 /// Pairs of one dispatch, which bounds its time.
 const MOST_PAIRS: usize = 1 << 20;
 
@@ -407,19 +409,18 @@ impl<'t, 'd> Shades<'t, 'd> {
             for (group, of_group) in all.chunks_exact(slots).enumerate() {
                 let first = kept.len();
                 kept.extend(of_group.chunks_exact(self.path_slots()).flat_map(|path| path.iter().take_while(|v| v.material > 0)).copied());
-                if kept.len() == first {
-                    continue;
-                }
                 let number = some[group / sets % chunk.count].number;
-                groups_seen.push(group);
-                lists.push(VertexList {
-                    first: first as u32,
-                    count: (kept.len() - first) as u32,
-                    first_sun: (group % sets) as u32,
-                    stream: (group / sets / chunk.count) as u32,
-                    index: number,
-                    ..Default::default()
-                });
+                for (part, first) in (first..kept.len()).step_by(MOST_LISTED).enumerate() {
+                    groups_seen.push(group);
+                    lists.push(VertexList {
+                        first: first as u32,
+                        count: (kept.len() - first).min(MOST_LISTED) as u32,
+                        first_sun: (group % sets) as u32,
+                        stream: (group / sets / chunk.count + part * batches) as u32,
+                        index: number,
+                        ..Default::default()
+                    });
+                }
             }
             if kept.is_empty() {
                 continue;

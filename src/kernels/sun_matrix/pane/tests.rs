@@ -239,6 +239,39 @@ fn tiles_make_no_difference_and_work_can_be_stopped() {
     assert!(compute(&device, &scene, &panes, &[nowhere], &suns(), &options, &Silent).is_err());
 }
 
+/// Many cells are traced in several dispatches: more than a device takes along an axis, and with the same bits.
+#[test]
+fn there_may_be_more_cells_than_workgroups_along_an_axis() {
+    let Some(device) = Device::for_tests("sun through panes") else { return };
+    let (scene, w) = room();
+    let even = scattering(Block::Tree(TensorTree::constant(4, 0.1)));
+    let panes = [(w, PaneBsdf::Bsdf(even.clone()))];
+    let run = |cells: u32, most: u32| {
+        let options = PaneOptions { cells, batches: 2, part_angle: 1.0, ..PaneOptions::default() };
+        let mut tracer = PaneTracer::new(&device, &scene, &panes, &suns(), &options).unwrap();
+        tracer.most_cells = most;
+        let mut result = tracer.empty(sensors().len(), suns().len());
+        let records: Vec<Receiver> = sensors().iter().enumerate().map(|(i, s)| tracer.receiver(i, s)).collect();
+        tracer.run(&records, &mut result, &Silent).map(|()| result)
+    };
+    let limit = device.limits().max_compute_workgroups_per_dimension;
+    let few = run(512, u32::MAX).unwrap();
+    let cut = run(512, 100).unwrap();
+    assert_eq!((&few.total, &few.standard_error), (&cut.total, &cut.standard_error));
+    assert!(few.total.data().iter().any(|v| *v > 0.0));
+    // A device without such a limit would take millions; there is nothing to find then.
+    if limit <= 65_535 {
+        let many = run(limit / 2 + 100, u32::MAX).unwrap();
+        for (i, sensor) in sensors().iter().enumerate() {
+            for (j, sun) in suns().iter().enumerate() {
+                let wanted = reference(&scene, &panes[0].0, &even, sensor, sun, 160);
+                let value = f64::from(many.total.at(i, j)[0]);
+                assert!((value - wanted).abs() <= 0.012 * wanted, "{i} {j}: {value}, {wanted}");
+            }
+        }
+    }
+}
+
 #[test]
 fn an_absdf_without_a_peak_is_a_plain_bsdf_with_a_warning() {
     let mut warnings = Warnings::new();
@@ -329,11 +362,14 @@ fn parts(w: &Window, columns: usize, rows: usize) -> Vec<Window> {
 /// Vd·T·Dd of patches of a sky of MF:1, summed over the sensors; V and D are sampled for each part of the
 /// window on its own.
 fn three_phase(device: &Device, scene: &Scene, windows: &[Window], t: &Matrix<f64>, sensors: &[Sensor], patches: &[usize]) -> Vec<f64> {
-    let straight = ViewOptions { bounces: Some(1), direct_samples: 4096, near_samples: 1, light_paths: 1, ..ViewOptions::default() };
+    // As many rays for any number of parts.
+    let few = |all: u32| (all / windows.len() as u32).max(16);
+    let straight =
+        ViewOptions { bounces: Some(1), direct_samples: few(1 << 17), near_samples: 1, light_paths: 1, ..ViewOptions::default() };
     let v = view_matrix::compute(device, scene, windows, sensors, &straight, &Silent).unwrap().direct;
     let mut sums = vec![0.0; patches.len()];
     for (k, part) in windows.iter().enumerate() {
-        let paths = DaylightOptions { bounces: Some(0), paths: 512, ..DaylightOptions::default() };
+        let paths = DaylightOptions { bounces: Some(0), paths: few(1 << 14), seed: k as u32, ..DaylightOptions::default() };
         let d = daylight_matrix::compute(device, scene, part, ReinhartSky::new(1).unwrap(), &paths, &Silent).unwrap().direct;
         for (sum, patch) in sums.iter_mut().zip(patches) {
             for o in 0..145 {
@@ -345,8 +381,10 @@ fn three_phase(device: &Device, scene: &Scene, windows: &[Window], t: &Matrix<f6
     sums
 }
 
-/// With the window as a whole, V and D average over it separately, and the reveal, which shades its upper
-/// part, makes 2 % (5 % with a pane that scatters evenly). By parts of the window it is 1 % (0.1 %).
+/// V and D average over the window separately, and its deep reveal shades parts of it: 2 % for the window as a
+/// whole (5 % with a pane that scatters evenly). It is the jambs that matter: a low or oblique sun leaves a
+/// strip along one of them, and where that is all that lights a sensor, 2 columns of parts (and 24 rows) miss
+/// it by 10 %, 8 by 7 %, 16 by 3 %. With 32 every patch agrees within what is noise.
 #[test]
 fn suns_that_fill_a_patch_give_the_three_phase_direct_part_of_a_klems_pane() {
     const SIDE: usize = 8;
@@ -363,7 +401,7 @@ fn suns_that_fill_a_patch_give_the_three_phase_direct_part_of_a_klems_pane() {
     let centres = reference_suns(&shared);
     let patches: Vec<usize> = centres.iter().map(|sun| sky.bin_of(sun.direction)).collect();
     let whole = three_phase(&device, &scene, std::slice::from_ref(&w), &t, &sensors, &patches);
-    let in_parts = three_phase(&device, &scene, &parts(&w, 2, 12), &t, &sensors, &patches);
+    let in_parts = three_phase(&device, &scene, &parts(&w, 32, 12), &t, &sensors, &patches);
     let panes = [(w, PaneBsdf::Bsdf(Scattering::new(&bsdf).unwrap()))];
     let single = compute(&device, &scene, &panes, &sensors, &centres, &PaneOptions::default(), &Silent).unwrap();
     let mut sums = [0.0; 5];
@@ -375,7 +413,7 @@ fn suns_that_fill_a_patch_give_the_three_phase_direct_part_of_a_klems_pane() {
             })
             .collect();
         assert!(suns.iter().all(|s| sky.bin_of(s.direction) == patch));
-        let options = PaneOptions { cells: 256, seed: column as u32, ..PaneOptions::default() };
+        let options = PaneOptions { seed: column as u32, ..PaneOptions::default() };
         let found = compute(&device, &scene, &panes, &sensors, &suns, &options, &Silent).unwrap();
         let ours = (0..suns.len()).map(|c| sum(&found.total, c)).sum::<f64>() / suns.len() as f64;
         let share = sun.solid_angle() / sky.solid_angle(patch);
@@ -383,6 +421,7 @@ fn suns_that_fill_a_patch_give_the_three_phase_direct_part_of_a_klems_pane() {
         let values = [ours, in_parts[column] * share, whole[column] * share, one, their];
         println!("sun {column}, patch {patch}: of Vd·T·Dd {:.4}; by parts of the window {:.4}", ours / values[2], ours / values[1]);
         sums = std::array::from_fn(|k| sums[k] + values[k]);
+        assert!((ours / values[1] - 1.0).abs() < 0.03, "patch {patch}: {values:?}");
     }
     let [ours, in_parts, whole, single, theirs] = sums;
     println!(
@@ -392,7 +431,7 @@ fn suns_that_fill_a_patch_give_the_three_phase_direct_part_of_a_klems_pane() {
         single / whole,
         theirs / whole
     );
-    assert!((ours / in_parts - 1.0).abs() < 0.02 && (ours / whole - 1.0).abs() < 0.04, "{sums:?}");
+    assert!((ours / in_parts - 1.0).abs() < 0.01 && (ours / whole - 1.0).abs() < 0.04, "{sums:?}");
 }
 
 /// Independent repetitions, here and in `rcontrib`, whose spread is the error.

@@ -29,6 +29,8 @@ pub(in super::super) struct PaneTracer<'d> {
     suns: Vec<PaneSunRecord>,
     scatters: bool,
     is_clear: bool,
+    /// Cells of one dispatch beside the device's own limit.
+    pub(super) most_cells: u32,
 }
 
 /// Suns whose light at the panes' cells is known.
@@ -102,6 +104,7 @@ impl<'d> PaneTracer<'d> {
             active,
             suns: records,
             tables,
+            most_cells: u32::MAX,
         })
     }
 
@@ -223,22 +226,7 @@ impl<'d> PaneTracer<'d> {
         let mut parts: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
         if self.scatters {
             let passed = self.device.zeros::<[f32; 4]>("receivers at cells", tile.count * all)?;
-            let own = [
-                ("params", &uniform),
-                ("panes", &shared.panes),
-                ("cells", &shared.cells),
-                ("receivers", tile.receivers),
-                ("passed", &passed),
-            ];
-            self.dispatch(
-                &self.kernel("trace/pane_receivers")?,
-                true,
-                &own,
-                shared,
-                [tile.count, all, 1],
-                "receivers at panes",
-                statistics,
-            )?;
+            self.ways_to_cells(shared, tile, &passed, statistics)?;
             let kernel = Kernel::new(self.device, "trace/pane_gather", &[], &[])?;
             let grid = [tile.count, suns.count.div_ceil(GATHERED_SUNS), batches];
             while params.end_cell < params.cells {
@@ -271,6 +259,29 @@ impl<'d> PaneTracer<'d> {
             parts[1] = self.device.read_finite(&sums)?;
         }
         Ok(parts)
+    }
+
+    /// What share of light passes between receivers and cells, `[batch][cell][receiver]`. Cells are an axis
+    /// of the dispatch, and a device takes only so many workgroups along it.
+    fn ways_to_cells(&self, shared: &Shared, tile: &Tile<'_>, passed: &Buffer, statistics: &mut TraceStatistics) -> Result<()> {
+        let kernel = self.kernel("trace/pane_receivers")?;
+        let most = self.device.limits().max_compute_workgroups_per_dimension.min(self.most_cells);
+        let all = self.cells.len() as u32;
+        for first_cell in (0..all).step_by(most.max(1) as usize) {
+            let end_cell = all.min(first_cell.saturating_add(most));
+            let params = PaneParams { first_cell, end_cell, ..self.params(tile.count, 0, tile.batch_stride) };
+            let params = self.device.uniform("parameters", &params)?;
+            let own = [
+                ("params", &params),
+                ("panes", &shared.panes),
+                ("cells", &shared.cells),
+                ("receivers", tile.receivers),
+                ("passed", passed),
+            ];
+            let grid = [tile.count, (end_cell - first_cell) as usize, 1];
+            self.dispatch(&kernel, true, &own, shared, grid, "receivers at panes", statistics)?;
+        }
+        Ok(())
     }
 
     /// Radiance of façade points (`tile.receivers` holds [`FacadePoint`]s), `[batch][sun][point][rgb]`;

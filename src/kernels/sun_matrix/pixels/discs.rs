@@ -93,7 +93,7 @@ pub(super) fn add(
         let passed = transmitted(device, tracer, rays, statistics)?;
         for ((sun, pixel, share), passed) in places.iter().zip(passed) {
             if passed[0] + passed[1] + passed[2] > 0.0 {
-                let (value, _) = pictures[*sun].entry(*pixel).or_default();
+                let value = &mut pictures[*sun].entry(*pixel).or_default().value;
                 for c in 0..3 {
                     value[c] += passed[c] * share[c];
                 }

@@ -4,10 +4,12 @@
 use super::super::Sun;
 use super::super::geometry::{Openings, SunTracer};
 use super::super::pane::tracer::{PaneTracer, Tile};
-use super::{Behind, MOST_TILE, Models, Pixels, discs};
+use super::{Behind, Errors, MOST_TILE, Models, Pixels, discs};
 use crate::camera::Raster;
 use crate::error::Result;
+use crate::glare::PixelGeometry;
 use crate::gpu::Device;
+use crate::kernels::glare::{PixelWeights, SharedNoise, SharedSums};
 use crate::kernels::sun_matrix::geometry::SunOptions;
 use crate::kernels::sun_matrix::pane::{PaneBsdf, PaneOptions};
 use crate::kernels::trace::TraceStatistics;
@@ -18,7 +20,7 @@ use glam::DVec3;
 /// Rays of a pixel per batch that find which share of it panes fill.
 pub(super) const OUTLINE: usize = 4;
 
-/// Adds them to the pictures.
+/// Adds them to the pictures, and finds by how much pixels err together.
 #[allow(clippy::too_many_arguments, reason = "private; each is a different thing")]
 pub(super) fn add(
     device: &Device,
@@ -29,11 +31,14 @@ pub(super) fn add(
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
     pictures: &mut [Pixels],
-) -> Result<()> {
+) -> Result<Vec<SharedNoise>> {
     let windows: Vec<Window> = models.panes.iter().map(|(w, _)| w.clone()).collect();
     let tracer = PaneTracer::new(device, models.black, models.panes, suns, options)?;
     let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
     let batches = options.batches as usize;
+    // A view without them has no glare.
+    let weights = PixelGeometry::new(raster).map(PixelWeights::new).ok();
+    let mut shared = vec![SharedSums::new(weights.as_ref(), batches); suns.len()];
     let outline = Behind::new(device, models.lit, &windows, raster, [options.batches * OUTLINE as u32, options.seed])?;
     // Number of a sun among those that reach a pane.
     let mut active = vec![None; suns.len()];
@@ -59,13 +64,17 @@ pub(super) fn add(
             let at_panes = tracer.suns_at_panes(part.first, part.count, statistics)?;
             let [scattered, clear] = tracer.gather(&at_panes, &own(&surfaces.receivers), progress, statistics)?;
             let of = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(0.0);
-            super::add(tile, [batches, batches], pictures, &|sun, ray, i| {
+            let on_surfaces = |part: &[f32], sun: usize, ray: usize, i: usize| {
                 let weight = surfaces.weights[ray * count + i];
                 let Some(cell) = cell(sun, ray, i).filter(|_| weight[3] == 0.0) else { return [0.0; 3] };
-                std::array::from_fn(|c| weight[c] * (of(&scattered, cell + c) + of(&clear, cell + c)))
-            });
+                std::array::from_fn(|c| weight[c] * of(part, cell + c))
+            };
+            // Points of the disc are each pixel's own, those of the panes are not.
+            let errors = Errors::Shared(weights.as_ref(), &mut shared);
+            super::add(tile, [batches, batches], pictures, errors, &|sun, ray, i| on_surfaces(&scattered, sun, ray, i));
+            super::add(tile, [batches, batches], pictures, Errors::Own, &|sun, ray, i| on_surfaces(&clear, sun, ray, i));
             let radiance = tracer.facade(&at_panes, &own(&pane.facade), batches * OUTLINE, statistics)?;
-            super::add(tile, [batches, batches * OUTLINE], pictures, &|sun, ray, i| {
+            super::add(tile, [batches, batches * OUTLINE], pictures, Errors::Own, &|sun, ray, i| {
                 let weight = pane.weights[ray * count + i];
                 let Some(cell) = cell(sun, ray, i).filter(|_| weight[3] == 1.0) else { return [0.0; 3] };
                 std::array::from_fn(|c| weight[c] * of(&radiance, cell + c))
@@ -78,7 +87,7 @@ pub(super) fn add(
     let straight = SunTracer::new(device, models.black, Openings::Shaded(&openings), &[], suns, &plain)?;
     let filter = |origin, direction| clear_through(models.panes, origin, direction);
     discs::add(device, raster, &straight, suns, &filter, statistics, pictures)?;
-    Ok(())
+    Ok(shared.iter().map(SharedSums::noise).collect())
 }
 
 /// Transmittance of the clear view along a ray from inside through the first pane that it meets; 0

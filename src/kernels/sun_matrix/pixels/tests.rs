@@ -224,7 +224,54 @@ fn tiles_and_memory_change_no_bit_of_a_picture() {
     let raster = raster(20);
     let whole = pictures(&device, &scene, &panes, &raster, &suns, &large);
     assert!(whole == pictures(&device, &scene, &panes, &raster, &suns, &small));
-    assert!(whole.iter().all(|p| p.pixels.len() > 100 && p.errors.iter().any(|e| *e > 0.0)));
+    assert!(whole.iter().all(|p| p.pixels.len() > 100 && p.errors.iter().any(|e| *e > 0.0) && p.shared.batches == 2));
+}
+
+/// All pixels see the same few points of the pane, and so they err together: the eye's light is far less
+/// certain than independent pixels would make it.
+#[test]
+fn the_light_of_surfaces_is_as_uncertain_as_stated() {
+    let Some(device) = Device::for_tests("suns through panes in pictures") else { return };
+    const SEEDS: u32 = 24;
+    let (scene, w) = furnished(0.4);
+    let panes = [(w, PaneBsdf::Bsdf(scattering(klems(KlemsBasis::Full))))];
+    let suns = [DVec3::new(0.1, -1.0, 0.2), DVec3::new(-0.5, -1.0, 0.05), DVec3::new(0.3, -0.6, 0.8)].map(Sun::new);
+    // Down to the floor, below the pane.
+    let camera = View::parse("-vta -vp 0.2 2.6 0.8 -vd 0 0 -1 -vu 0 -1 0 -vh 180 -vv 180").unwrap().camera().unwrap();
+    let raster = Raster::fit(camera, 32, 32, 1.0).unwrap();
+    let weights = PixelGeometry::new(&raster).unwrap().projected_solid_angles;
+    let white = ILLUMINANCE_WEIGHTS.iter().sum::<f64>();
+    // Per seed and sun: light at the eye, its variance as stated, and as it would be if pixels were independent.
+    let runs: Vec<Vec<[f64; 3]>> = (1..=SEEDS)
+        .map(|seed| {
+            let pane_options = PaneOptions { cells: 32, disc_samples: 4, part_angle: 0.2, seed, ..Default::default() };
+            let found = pictures(&device, &scene, &panes, &raster, &suns, &options(4, pane_options));
+            let of_sun = |p: &SunPicture| {
+                let alone = |errors: &[f32]| -> f64 {
+                    p.pixels.iter().zip(errors).map(|((pixel, _), e)| (f64::from(*e) * weights[*pixel as usize]).powi(2)).sum()
+                };
+                assert!(p.shared.batches == 4 && p.shared.rows[0].0 == 0);
+                let together = p.shared.rows[0].1.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / 12.0;
+                let own = alone(&p.errors);
+                [at_eye(p, &raster) * white, own + together, own + alone(&p.shared_errors)]
+            };
+            found.iter().map(of_sun).collect()
+        })
+        .collect();
+    for sun in 0..suns.len() {
+        let of = |k: usize| runs.iter().map(|r| r[sun][k]).collect::<Vec<f64>>();
+        let [mean, error] = mean_and_error(&of(0)).into();
+        let seen = error * f64::from(SEEDS).sqrt();
+        let [stated, alone] = [1, 2].map(|k| (of(k).iter().sum::<f64>() / f64::from(SEEDS)).sqrt());
+        println!(
+            "sun {sun}: standard error {:.2} % seen, {:.2} % stated, {:.2} % if pixels were independent",
+            100.0 * seen / mean,
+            100.0 * stated / mean,
+            100.0 * alone / mean
+        );
+        // What is seen is known to 15 %.
+        assert!((0.67..1.5).contains(&(seen / stated)) && seen > 2.0 * alone, "{sun}: {seen} {stated} {alone}");
+    }
 }
 
 /// The tutorial's room through its pane, as a small fisheye: `rcontrib` with one bounce in the lit room
