@@ -3,7 +3,7 @@
 //! Rays are traced only where the sun is seen through a window's polygon (if any is given), so most
 //! pairs of receiver and sun cost nothing. Light that slats scatter is found by paths from the
 //! receiver out through the windows; each vertex sends one ray to every sun (next-event
-//! estimation), so that the paths serve all suns. Flat mirror-like surfaces show [images](super::mirrors)
+//! estimation), so that the paths serve all suns; or by points that [receivers share](ScatteredBy). Flat mirror-like surfaces show [images](super::mirrors)
 //! of the sun, which are traced as suns are.
 
 use super::Sun;
@@ -60,7 +60,7 @@ pub struct SunOptions {
     pub disc_samples: u32,
     /// Paths to scattering surfaces that a sun is seen from.
     pub paths: u32,
-    /// Sets of so many paths. Suns take turns in using them (`number % path_sets`): paths cost little
+    /// Sets of so many paths, or of the points in their place. Suns take turns in using them (`number % path_sets`): paths cost little
     /// beside the rays from their vertices to the suns, and errors of a year of suns even out.
     pub path_sets: u32,
     /// Most diffuse (or rough) reflections of sunlight: 0 is straight light only, Radiance's `-ab`;
@@ -183,8 +183,8 @@ pub struct SunMatrix {
     pub total: Matrix<f32>,
     /// Standard error of `direct`; independent from sun to sun.
     pub direct_error: Matrix<f32>,
-    /// Standard error of the scattered part; suns of one [set](SunOptions::path_set) share paths, so
-    /// their errors at one receiver go together.
+    /// Standard error of the scattered part; suns of one [set](SunOptions::path_set) share paths or points, so
+    /// their errors at one receiver go together, and with points those of neighbouring receivers too.
     pub scattered_error: Matrix<f32>,
     /// Work done.
     pub statistics: TraceStatistics,

@@ -9,7 +9,8 @@
 //! | suns in pictures: lit surfaces, lit slats, the disc itself | the same for the surface behind each pixel, of which those that may see a sun are listed first; rays to points of the disc | [`pixels`] |
 //! | by way of flat mirror-like slats | the same for the sun's images in them | [`mirrors`] |
 //! | scattered once by a BSDF pane | quadrature over the window | [`pane`] |
-//! | scattered by slats and other surfaces | paths from the receiver, whose vertices serve *all* suns | [`geometry`] |
+//! | scattered diffusely by slats and other surfaces | points on them that all receivers share, where these tell more | `shades` |
+//! | the same for few suns or receivers, next to the surfaces, by rough or mirror-like ones, seen in panes | paths from the receiver, whose vertices serve *all* suns | [`geometry`] |
 
 #[cfg(test)]
 mod coverage;
