@@ -5,9 +5,9 @@
 
 import package::shared::receiver::{Receiver, SunVertex};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{materials, largest, smooth_specular};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, Gate, passes_gate, leaves_through_window, surface_response, hidden_by_one, is_clear, is_mirror};
+import package::shared::material::{materials, largest};
+import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, Gate, passes_gate, leaves_through_window, surface_response, hidden_by_one};
+import package::shared::mirrored::{mirrored_way, next_leg, MOST_MET};
 import package::shared::counters::{counters, count_finished};
 
 struct SunGatherParams {
@@ -44,10 +44,6 @@ struct SunGatherParams {
 
 // Whether the sun's image in mirrors is looked for, not the sun itself.
 override MIRRORED: bool = false;
-// Mirrors and panes that light of an image may meet.
-const MOST_MET: u32 = 32u;
-// Mirrors are taken for parallel within half of this.
-const SAME_IMAGE: f32 = 1e-3;
 
 @group(0) @binding(6) var<uniform> params: SunGatherParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
@@ -83,43 +79,13 @@ fn image_of(direction: vec3<f32>) -> vec3<f32> {
 // What part of the light of the sun's image arrives: it must meet mirrors on its way that, together,
 // undo the image, and come in through an opening on one of its legs.
 fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    var result = vec3<f32>(1.0);
-    var start = origin;
-    var along = direction;
+    var way = mirrored_way(origin, direction, params.image_x, params.image_y, params.image_z);
     var entered = false;
-    var reflected = false;
-    // The image, reflection by reflection taken back.
-    var x = params.image_x;
-    var y = params.image_y;
-    var z = params.image_z;
     for (var met = 0u; met < MOST_MET; met++) {
-        entered = entered || may_come_in(start, along);
-        let hit = closest_hit(start, along, FAR_AWAY);
-        if hit.triangle == NO_TRIANGLE {
-            let rest = abs(x - vec3<f32>(1.0, 0.0, 0.0)) + abs(y - vec3<f32>(0.0, 1.0, 0.0)) + abs(z - vec3<f32>(0.0, 0.0, 1.0));
-            return select(vec3<f32>(0.0), result, entered && reflected && largest(rest) < SAME_IMAGE);
-        }
-        let material = materials[triangle_material(hit.triangle)];
-        let normal = triangle_normal(hit.triangle);
-        let cosine = dot(normal, along);
-        let parts = smooth_specular(material, max(abs(cosine), 1e-6), cosine < 0.0);
-        let behind = select(-normal, normal, cosine > 0.0);
-        if is_mirror(material) {
-            result *= parts[1];
-            start = leave_surface(hit, -behind);
-            along = normalize(along - 2.0 * cosine * normal);
-            x -= 2.0 * dot(x, normal) * normal;
-            y -= 2.0 * dot(y, normal) * normal;
-            z -= 2.0 * dot(z, normal) * normal;
-            reflected = true;
-        } else if is_clear(material) {
-            result *= parts[0];
-            start = leave_surface(hit, behind);
-        } else {
-            return vec3<f32>(0.0);
-        }
-        if largest(result) <= 0.0 {
-            return vec3<f32>(0.0);
+        entered = entered || may_come_in(way.start, way.along);
+        way = next_leg(way);
+        if way.ended {
+            return select(vec3<f32>(0.0), way.passed, entered && way.reached);
         }
     }
     return vec3<f32>(0.0);

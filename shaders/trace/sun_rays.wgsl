@@ -1,6 +1,7 @@
-// What single rays see of the sun: the straight transmittance of each.
+// What single rays see of the sun, or of its image in flat mirrors: the straight transmittance of each.
 
 import package::shared::sun::{SunRecord, Gate, passes_gate, sun_transmittance};
+import package::shared::mirrored::{mirrored_way, next_leg, MOST_MET};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{count_finished};
 
@@ -16,12 +17,45 @@ struct SunRayParams {
     gates: u32,
     padding0: u32,
     padding1: u32,
+    // Columns of the matrix that takes a direction to the sun to that of its image.
+    image_x: vec3<f32>,
+    padding2: u32,
+    image_y: vec3<f32>,
+    padding3: u32,
+    image_z: vec3<f32>,
+    padding4: u32,
 }
+
+// Whether rays go to an image of the sun, not to the sun itself.
+override MIRRORED: bool = false;
 
 @group(0) @binding(6) var<uniform> params: SunRayParams;
 @group(0) @binding(7) var<storage, read> rays: array<SunRay>;
 @group(0) @binding(8) var<storage, read_write> passed: array<vec4<f32>>;
 @group(0) @binding(11) var<storage, read> gates: array<Gate>;
+
+fn may_come_in(origin: vec3<f32>, direction: vec3<f32>) -> bool {
+    for (var g = 0u; g < params.gates; g++) {
+        if passes_gate(gates[g], origin, direction) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// What arrives of an image that comes in on one of its legs.
+fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    var way = mirrored_way(origin, direction, params.image_x, params.image_y, params.image_z);
+    var entered = false;
+    for (var met = 0u; met < MOST_MET; met++) {
+        entered = entered || may_come_in(way.start, way.along);
+        way = next_leg(way);
+        if way.ended {
+            return select(vec3<f32>(0.0), way.passed, entered && way.reached);
+        }
+    }
+    return vec3<f32>(0.0);
+}
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -31,11 +65,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     }
     let ray = rays[index];
     var result = vec3<f32>(0.0);
-    for (var g = 0u; g < params.gates; g++) {
-        if passes_gate(gates[g], ray.origin, ray.direction) {
-            result = sun_transmittance(ray.origin, ray.direction);
-            break;
-        }
+    if MIRRORED {
+        result = mirrored_transmittance(ray.origin, ray.direction);
+    } else if may_come_in(ray.origin, ray.direction) {
+        result = sun_transmittance(ray.origin, ray.direction);
     }
     passed[index] = vec4<f32>(result, 0.0);
     count_finished(true);

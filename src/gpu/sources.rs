@@ -38,6 +38,7 @@ sources![
     "shared/frame",
     "shared/gemm",
     "shared/material",
+    "shared/mirrored",
     "shared/pane",
     "shared/pixel",
     "shared/random",

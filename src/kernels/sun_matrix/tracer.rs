@@ -209,6 +209,11 @@ impl<'d> SunTracer<'d> {
         [("HAS_PANES", f64::from(u8::from(self.panes)))]
     }
 
+    /// Matrices that take a direction to a sun to those of its images in flat mirrors.
+    pub fn images(&self) -> &[glam::Mat3] {
+        self.mirrored.as_ref().map_or(&[], |(_, images)| images)
+    }
+
     /// Boxes that light must pass, and their number.
     pub fn gates(&self) -> (&Buffer, u32) {
         (&self.gates, self.gate_count)
