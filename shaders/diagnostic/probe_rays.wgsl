@@ -1,6 +1,6 @@
 // For tests: what each ray meets first.
 
-import package::shared::bvh::{closest_hit, traverse, FAR_AWAY};
+import package::shared::bvh::{closest_hit, traverse, FAR_AWAY, ANY};
 import package::shared::counters::{count_finished};
 
 struct Ray {
@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let ray = rays[id.x];
     let hit = closest_hit(ray.origin, ray.direction, FAR_AWAY);
-    let any = traverse(ray.origin, ray.direction, FAR_AWAY, true);
+    let any = traverse(ray.origin, ray.direction, FAR_AWAY, ANY);
     answers[id.x] = RayAnswer(hit.distance, hit.triangle, hit.barycentric, u32(any.distance < FAR_AWAY), 0u);
     count_finished(true);
 }

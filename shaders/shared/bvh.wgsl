@@ -3,14 +3,23 @@
 //
 // A node is five vec4<u32>: (origin xyz, exponents and inner mask), (first child, first triangle,
 // child meta 0-3, 4-7), then per axis the quantised child limits (min 0-3, min 4-7, max 0-3, max 4-7).
-// A triangle is three vec4<f32>: corners, the first with the material index in w.
+// A triangle is three vec4<f32>: corners, the first with the material index in w, the second with what
+// lets light straight through: 1 for glass, 2 for smooth translucent surfaces, 0 for all others.
 
 import package::shared::counters::{traversal_failed};
 import package::shared::frame::{tangent_frame};
+import package::shared::material::{materials, glass_pane, smooth_fresnel, MATERIAL_GLASS, MATERIAL_SURFACE};
 
 const NO_TRIANGLE: u32 = 0xffffffffu;
 const FAR_AWAY: f32 = 1e30;
 const STACK_SIZE: u32 = 24u;
+
+// What a traversal looks for: the nearest triangle, any triangle, any that is no glass, or any that
+// lets no light straight through (glass and smooth translucent surfaces do).
+const NEAREST: u32 = 0u;
+const ANY: u32 = 1u;
+const ANY_BUT_GLASS: u32 = 2u;
+const ANY_BUT_CLEAR: u32 = 3u;
 
 @group(0) @binding(0) var<storage, read> bvh_nodes: array<vec4<u32>>;
 @group(0) @binding(1) var<storage, read> bvh_triangles: array<vec4<f32>>;
@@ -121,7 +130,17 @@ fn safe_inverse(direction: vec3<f32>) -> vec3<f32> {
     return 1.0 / d;
 }
 
-fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any_hit: bool) -> Hit {
+// Panes that one ray may pass; more are a wall.
+const MOST_PASSED: u32 = 16u;
+// Those that the last traversal passed.
+var<private> panes_passed: array<u32, MOST_PASSED>;
+var<private> panes_count: u32;
+
+// The triangle that was `sought`, see NEAREST and its fellows.
+fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, sought: u32) -> Hit {
+    panes_count = 0u;
+    // Kinds of panes from 1 to this one are let pass.
+    let clearest = f32(sought) - 1.0;
     var hit = Hit(farthest, NO_TRIANGLE, vec2<f32>(0.0));
     let frame = tangent_frame(direction);
     let inverse = safe_inverse(direction);
@@ -157,13 +176,21 @@ fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any_hit: boo
             let index = triangles.x + bit;
             let found = intersect_triangle(index, origin, frame, hit.distance);
             if found.distance < hit.distance {
+                if sought >= ANY_BUT_GLASS {
+                    let pane = bvh_triangles[index * 3u + 1u].w;
+                    if pane > 0.0 && pane <= clearest && panes_count < MOST_PASSED {
+                        panes_passed[panes_count] = index;
+                        panes_count += 1u;
+                        continue;
+                    }
+                }
                 hit = Hit(found.distance, index, found.barycentric);
-                if any_hit {
+                if sought != NEAREST {
                     triangles.y = 0u;
                 }
             }
         }
-        if any_hit && hit.triangle != NO_TRIANGLE {
+        if sought != NEAREST && hit.triangle != NO_TRIANGLE {
             finished = true;
             break;
         }
@@ -184,7 +211,43 @@ fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any_hit: boo
 
 // The nearest triangle within `farthest`.
 fn closest_hit(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> Hit {
-    return traverse(origin, direction, farthest, false);
+    return traverse(origin, direction, farthest, NEAREST);
+}
+
+// What a pane lets straight through.
+fn pane_transmittance(triangle: u32, slope: f32) -> vec3<f32> {
+    let material = materials[triangle_material(triangle)];
+    if material.kind == MATERIAL_GLASS {
+        return glass_pane(material.specular, material.roughness, slope)[0];
+    }
+    return material.specular_transmitted * (1.0 - smooth_fresnel(material, slope));
+}
+
+// What part of light arrives that goes straight: 0 where a surface is in the way, otherwise the
+// transmittance of what it passes. `sought` is ANY, or what else than panes ends the ray.
+fn light_passing(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, sought: u32) -> vec3<f32> {
+    if traverse(origin, direction, farthest, sought).triangle != NO_TRIANGLE {
+        return vec3<f32>(0.0);
+    }
+    var result = vec3<f32>(1.0);
+    if sought < ANY_BUT_GLASS {
+        return result;
+    }
+    // Distances of the latest: two triangles of a pane met at the edge that they share are one.
+    var met = vec4<f32>(FAR_AWAY);
+    for (var i = 0u; i < panes_count; i++) {
+        let triangle = panes_passed[i];
+        let normal = triangle_normal(triangle);
+        let cosine = dot(normal, direction);
+        let slope = max(abs(cosine), 1e-6);
+        let distance = dot(normal, bvh_triangles[triangle * 3u].xyz - origin) / select(slope, -slope, cosine < 0.0);
+        let margin = margin_at(origin + direction * distance) / slope;
+        if !any(abs(met - distance) < vec4<f32>(margin)) {
+            result *= pane_transmittance(triangle, slope);
+            met = vec4<f32>(distance, met.xyz);
+        }
+    }
+    return result;
 }
 
 // Unit normal of a triangle's front side.

@@ -1,9 +1,8 @@
 // Suns: discs at infinity, and what of their light a surface sends on.
 
 import package::shared::frame::{tangent_frame};
-import package::shared::bvh::{bvh_triangles, closest_hit, leave_surface, traverse, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, glass_pane, diffuse_share, smooth_fresnel, largest, MATERIAL_GLASS, MATERIAL_SURFACE, MATERIAL_MIRROR};
-import package::shared::window::{windows, distance_through};
+import package::shared::bvh::{bvh_triangles, light_passing, traverse, triangle_material, NO_TRIANGLE, FAR_AWAY, ANY, ANY_BUT_CLEAR};
+import package::shared::material::{Material, materials, diffuse_share, largest, MATERIAL_GLASS, MATERIAL_SURFACE, MATERIAL_MIRROR};
 
 struct SunRecord {
     // Unit vector towards the centre.
@@ -21,8 +20,6 @@ struct SunRecord {
 
 // Whether anything in the scene lets light straight through.
 override HAS_PANES: bool = true;
-// Panes and slats that one ray may pass.
-const MOST_PASSED: u32 = 16u;
 
 // A direction to the disc, uniform in solid angle.
 fn sun_direction(sun: SunRecord, random: vec2<f32>) -> vec3<f32> {
@@ -39,34 +36,7 @@ fn sun_direction(sun: SunRecord, random: vec2<f32>) -> vec3<f32> {
 // What part of a sun's light arrives: 0 where a surface is in the way, otherwise the transmittance
 // of the panes and the straight transmittance of smooth translucent surfaces passed.
 fn sun_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    if !HAS_PANES {
-        let hit = traverse(origin, direction, FAR_AWAY, true);
-        return select(vec3<f32>(1.0), vec3<f32>(0.0), hit.triangle != NO_TRIANGLE);
-    }
-    var result = vec3<f32>(1.0);
-    var start = origin;
-    for (var passed = 0u; passed < MOST_PASSED; passed++) {
-        let hit = closest_hit(start, direction, FAR_AWAY);
-        if hit.triangle == NO_TRIANGLE {
-            return result;
-        }
-        let material = materials[triangle_material(hit.triangle)];
-        let normal = triangle_normal(hit.triangle);
-        let cosine = dot(normal, direction);
-        let slope = max(abs(cosine), 1e-6);
-        if material.kind == MATERIAL_GLASS {
-            result *= glass_pane(material.specular, material.roughness, slope)[0];
-        } else if material.kind == MATERIAL_SURFACE && material.roughness * material.roughness <= 1e-6 {
-            result *= material.specular_transmitted * (1.0 - smooth_fresnel(material, slope));
-        } else {
-            return vec3<f32>(0.0);
-        }
-        if result.x + result.y + result.z <= 0.0 {
-            return vec3<f32>(0.0);
-        }
-        start = leave_surface(hit, select(-normal, normal, cosine > 0.0));
-    }
-    return vec3<f32>(0.0);
+    return light_passing(origin, direction, FAR_AWAY, select(ANY, ANY_BUT_CLEAR, HAS_PANES));
 }
 
 fn is_smooth(material: Material) -> bool {
@@ -86,7 +56,7 @@ fn is_mirror(material: Material) -> bool {
 // Whether one triangle hides the disc of this chord around `direction`, all of it: then no point of it
 // needs a ray.
 fn hidden_by_one(origin: vec3<f32>, direction: vec3<f32>, chord: f32, mirrors_hide: bool) -> bool {
-    let hit = traverse(origin, direction, FAR_AWAY, true);
+    let hit = traverse(origin, direction, FAR_AWAY, ANY);
     if hit.triangle == NO_TRIANGLE {
         return false;
     }
@@ -101,52 +71,6 @@ fn hidden_by_one(origin: vec3<f32>, direction: vec3<f32>, chord: f32, mirrors_hi
     let sides = vec3<f32>(dot(direction, normalize(cross(b, c))), dot(direction, normalize(cross(c, a))), dot(direction, normalize(cross(a, b))));
     let least = vec3<f32>(chord * 1.01 + 1e-5);
     return all(sides > least) || all(-sides > least);
-}
-
-// The room that a shade takes up, in front of and behind its window, as a box.
-struct Gate {
-    // Axes of the window's frame; z points into the room.
-    x: vec3<f32>,
-    padding0: u32,
-    y: vec3<f32>,
-    padding1: u32,
-    z: vec3<f32>,
-    padding2: u32,
-    // Limits along the axes.
-    low: vec3<f32>,
-    padding3: u32,
-    high: vec3<f32>,
-    padding4: u32,
-}
-
-fn passes_gate(gate: Gate, origin: vec3<f32>, direction: vec3<f32>) -> bool {
-    if dot(direction, gate.z) >= 0.0 {
-        return false;
-    }
-    let start = vec3<f32>(dot(origin, gate.x), dot(origin, gate.y), dot(origin, gate.z));
-    var along = vec3<f32>(dot(direction, gate.x), dot(direction, gate.y), dot(direction, gate.z));
-    along = select(along, vec3<f32>(1e-20), abs(along) < vec3<f32>(1e-20));
-    let a = (gate.low - start) / along;
-    let b = (gate.high - start) / along;
-    let enter = min(a, b);
-    let leave = max(a, b);
-    return max(max(enter.x, enter.y), max(enter.z, 0.0)) <= min(leave.x, min(leave.y, leave.z));
-}
-
-// Whether a ray leaves the room through the polygon of one of the first `count` windows.
-fn leaves_through_window(origin: vec3<f32>, direction: vec3<f32>, count: u32) -> bool {
-    for (var w = 0u; w < count; w++) {
-        let window = windows[w];
-        if dot(direction, window.z) >= 0.0 {
-            continue;
-        }
-        for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
-            if distance_through(t, window.z, origin, direction) > 0.0 {
-                return true;
-            }
-        }
-    }
-    return false;
 }
 
 // What a surface sends towards `-incoming` of light from the direction `out`: BSDF times cosine.

@@ -1,8 +1,7 @@
 // Windows: their directional bins, points on them, and rays towards them.
 
 import package::shared::bins::{Ring, TAU, azimuth_bin};
-import package::shared::bvh::{closest_hit, leave_surface, traverse, triangle_material, triangle_normal, NO_TRIANGLE};
-import package::shared::material::{materials, glass_pane, MATERIAL_GLASS};
+import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 
 struct Window {
     // Local frame in world coordinates: z points into the room, y up.
@@ -22,8 +21,6 @@ struct Window {
 
 // Whether the scene has panes of glass, which let straight connections through.
 override HAS_GLASS: bool = true;
-// Panes that one straight connection may pass.
-const MOST_PANES: u32 = 16u;
 
 @group(0) @binding(3) var<storage, read> windows: array<Window>;
 @group(0) @binding(4) var<storage, read> rings: array<Ring>;
@@ -199,33 +196,24 @@ fn distance_through(t: u32, z: vec3<f32>, origin: vec3<f32>, direction: vec3<f32
     return select(-1.0, dot(a, z) / dot(direction, z), inside);
 }
 
+// Whether a ray leaves the room through the polygon of one of the first `count` windows.
+fn leaves_through_window(origin: vec3<f32>, direction: vec3<f32>, count: u32) -> bool {
+    for (var w = 0u; w < count; w++) {
+        let window = windows[w];
+        if dot(direction, window.z) >= 0.0 {
+            continue;
+        }
+        for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
+            if distance_through(t, window.z, origin, direction) > 0.0 {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 // What part of light passes straight from `origin` along `direction` over `distance`: 0 where a
 // surface is in the way, otherwise the transmittance of the panes passed.
 fn straight_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {
-    if !HAS_GLASS {
-        let hit = traverse(origin, direction, distance, true);
-        return select(vec3<f32>(1.0), vec3<f32>(0.0), hit.triangle != NO_TRIANGLE);
-    }
-    var result = vec3<f32>(1.0);
-    var start = origin;
-    var left = distance;
-    for (var pane = 0u; pane < MOST_PANES; pane++) {
-        let hit = closest_hit(start, direction, left);
-        if hit.triangle == NO_TRIANGLE {
-            return result;
-        }
-        let material = materials[triangle_material(hit.triangle)];
-        if material.kind != MATERIAL_GLASS {
-            return vec3<f32>(0.0);
-        }
-        let normal = triangle_normal(hit.triangle);
-        let cosine = dot(normal, direction);
-        result *= glass_pane(material.specular, material.roughness, max(abs(cosine), 1e-6))[0];
-        start = leave_surface(hit, select(-normal, normal, cosine > 0.0));
-        left -= hit.distance;
-        if left <= 0.0 {
-            return result;
-        }
-    }
-    return vec3<f32>(0.0);
+    return light_passing(origin, direction, distance, select(ANY, ANY_BUT_GLASS, HAS_GLASS));
 }

@@ -6,8 +6,9 @@
 import package::shared::receiver::{Receiver, SunVertex};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{materials, largest};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, Gate, passes_gate, leaves_through_window, surface_response, hidden_by_one};
-import package::shared::mirrored::{mirrored_way, next_leg, MOST_MET};
+import package::shared::gates::{may_come_in};
+import package::shared::mirrored::{mirrored_transmittance};
+import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, surface_response, hidden_by_one};
 import package::shared::counters::{counters, count_finished};
 
 struct SunGatherParams {
@@ -44,6 +45,10 @@ struct SunGatherParams {
 
 // Whether the sun's image in mirrors is looked for, not the sun itself.
 override MIRRORED: bool = false;
+// Whether straight light is looked for, or was already (`sun_straight`).
+override STRAIGHT: bool = true;
+// Whether there are paths.
+override SCATTERED: bool = true;
 
 @group(0) @binding(6) var<uniform> params: SunGatherParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
@@ -54,20 +59,6 @@ override MIRRORED: bool = false;
 // variance that the straight part may have, by the number of points seen. Zero at the start.
 @group(0) @binding(10) var<storage, read_write> sums: array<f32>;
 
-@group(0) @binding(11) var<storage, read> gates: array<Gate>;
-
-fn may_come_in(origin: vec3<f32>, direction: vec3<f32>) -> bool {
-    if params.gates == 0u {
-        return params.window_count == 0u || leaves_through_window(origin, direction, params.window_count);
-    }
-    for (var g = 0u; g < params.gates; g++) {
-        if passes_gate(gates[g], origin, direction) {
-            return true;
-        }
-    }
-    return false;
-}
-
 // Where the sun is looked for.
 fn image_of(direction: vec3<f32>) -> vec3<f32> {
     if !MIRRORED {
@@ -76,24 +67,10 @@ fn image_of(direction: vec3<f32>) -> vec3<f32> {
     return direction.x * params.image_x + direction.y * params.image_y + direction.z * params.image_z;
 }
 
-// What part of the light of the sun's image arrives: it must meet mirrors on its way that, together,
-// undo the image, and come in through an opening on one of its legs.
-fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    var way = mirrored_way(origin, direction, params.image_x, params.image_y, params.image_z);
-    var entered = false;
-    for (var met = 0u; met < MOST_MET; met++) {
-        entered = entered || may_come_in(way.start, way.along);
-        way = next_leg(way);
-        if way.ended {
-            return select(vec3<f32>(0.0), way.passed, entered && way.reached);
-        }
-    }
-    return vec3<f32>(0.0);
-}
-
 fn arriving(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     if MIRRORED {
-        return mirrored_transmittance(origin, direction);
+        let image = mat3x3<f32>(params.image_x, params.image_y, params.image_z);
+        return mirrored_transmittance(origin, direction, image, params.gates, params.window_count);
     }
     return sun_transmittance(origin, direction);
 }
@@ -117,81 +94,86 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var rays = 0u;
     var straight = vec3<f32>(0.0);
     var cosines = 0.0;
-    var risen = params.first_path == 0u;
-    var sample = select(params.disc_samples, 0u, risen);
+    var risen = true;
+    var sample = params.disc_samples;
     let centre = image_of(sun.direction);
-    // One ray in place of many where a wall is in the way, or a slat that is wide enough.
-    let worth_it = risen && params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre));
-    if worth_it && hidden_by_one(receiver.position, centre, sun.chord, !MIRRORED) {
-        sample = params.disc_samples;
-        risen = false;
-        rays += 1u;
-    }
-    var seen = 0u;
-    var brightest = 0.0;
-    for (; sample < params.disc_samples; sample++) {
-        let direction = image_of(sun_direction(sun, sample_pair(first_point + sample, 0u, disc_seed)));
-        let cosine = dot(direction, receiver.normal);
-        risen = risen && cosine > 0.0;
-        if cosine > 0.0 {
-            cosines += cosine;
-            if MIRRORED || may_come_in(receiver.position, direction) {
-                let passed = arriving(receiver.position, direction);
-                straight += cosine * passed;
-                rays += 1u;
-                seen += u32(largest(passed) > 0.0);
-                brightest = max(brightest, cosine * largest(passed));
-            }
-        }
-    }
-    var doubtful = risen && sun.chord > 0.0;
-    if doubtful && (seen == 0u || seen == params.disc_samples) {
-        let turn = sample_pair(0u, 0x8000u, seed).x;
-        doubtful = false;
-        for (var k = 0u; k < params.rim && !doubtful; k++) {
-            let direction = image_of(sun_direction(sun, vec2<f32>(1.0, (f32(k) + turn) / f32(params.rim))));
-            var passed = vec3<f32>(0.0);
-            if dot(direction, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, direction)) {
-                passed = arriving(receiver.position, direction);
-                rays += 1u;
-            }
-            doubtful = (largest(passed) > 0.0) != (seen > 0u);
-            brightest = max(brightest, largest(passed) * dot(direction, receiver.normal));
-        }
-    }
     var doubt = 0.0;
-    if doubtful {
-        // Half a point more on either side; an edge through the disc does less than chance would.
-        let n = f32(params.disc_samples);
-        let share = (f32(seen) + 0.5) / (n + 1.0);
-        let whole = sun.solid_angle * brightest;
-        doubt = whole * whole * min(share * (1.0 - share) / n, 0.2 / (n * sqrt(n)));
-    }
-    if risen {
-        // The visible share of the exact value: no noise where nothing is in the way.
-        let mean_cosine = dot(centre, receiver.normal) * (1.0 - 0.25 * sun.chord * sun.chord);
-        straight *= sun.solid_angle * (mean_cosine / cosines);
-    } else {
-        straight *= sun.solid_angle / f32(params.disc_samples);
+    if (STRAIGHT || MIRRORED) && params.first_path == 0u {
+        sample = 0u;
+        // One ray in place of many where a wall is in the way, or a slat that is wide enough.
+        let worth_it = params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre, params.gates, params.window_count));
+        if worth_it && hidden_by_one(receiver.position, centre, sun.chord, !MIRRORED) {
+            sample = params.disc_samples;
+            risen = false;
+            rays += 1u;
+        }
+        var seen = 0u;
+        var brightest = 0.0;
+        for (; sample < params.disc_samples; sample++) {
+            let direction = image_of(sun_direction(sun, sample_pair(first_point + sample, 0u, disc_seed)));
+            let cosine = dot(direction, receiver.normal);
+            risen = risen && cosine > 0.0;
+            if cosine > 0.0 {
+                cosines += cosine;
+                if MIRRORED || may_come_in(receiver.position, direction, params.gates, params.window_count) {
+                    let passed = arriving(receiver.position, direction);
+                    straight += cosine * passed;
+                    rays += 1u;
+                    seen += u32(largest(passed) > 0.0);
+                    brightest = max(brightest, cosine * largest(passed));
+                }
+            }
+        }
+        var doubtful = risen && sun.chord > 0.0;
+        if doubtful && (seen == 0u || seen == params.disc_samples) {
+            let turn = sample_pair(0u, 0x8000u, seed).x;
+            doubtful = false;
+            for (var k = 0u; k < params.rim && !doubtful; k++) {
+                let direction = image_of(sun_direction(sun, vec2<f32>(1.0, (f32(k) + turn) / f32(params.rim))));
+                var passed = vec3<f32>(0.0);
+                if dot(direction, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, direction, params.gates, params.window_count)) {
+                    passed = arriving(receiver.position, direction);
+                    rays += 1u;
+                }
+                doubtful = (largest(passed) > 0.0) != (seen > 0u);
+                brightest = max(brightest, largest(passed) * dot(direction, receiver.normal));
+            }
+        }
+        if doubtful {
+            // Half a point more on either side; an edge through the disc does less than chance would.
+            let n = f32(params.disc_samples);
+            let share = (f32(seen) + 0.5) / (n + 1.0);
+            let whole = sun.solid_angle * brightest;
+            doubt = whole * whole * min(share * (1.0 - share) / n, 0.2 / (n * sqrt(n)));
+        }
+        if risen {
+            // The visible share of the exact value: no noise where nothing is in the way.
+            let mean_cosine = dot(centre, receiver.normal) * (1.0 - 0.25 * sun.chord * sun.chord);
+            straight *= sun.solid_angle * (mean_cosine / cosines);
+        } else {
+            straight *= sun.solid_angle / f32(params.disc_samples);
+        }
     }
     var scattered = vec3<f32>(0.0);
     var path = params.first_path;
-    let own_set = sun.number % params.path_sets;
-    let first_path = ((batch * params.receivers + receiver_index) * params.path_sets + own_set) * params.paths;
-    for (; path < params.end_path; path++) {
-        let first_slot = (first_path + path) * params.most_vertices;
-        for (var k = 0u; k < params.most_vertices; k++) {
-            let vertex = vertices[first_slot + k];
-            if vertex.material == 0u {
-                break;
-            }
-            let direction = image_of(sun_direction(sun, sample_pair(path, 1u + k, seed)));
-            let response = surface_response(materials[vertex.material - 1u], vertex.incoming, vertex.facing, direction) * vertex.throughput;
-            if largest(response) > 0.0 {
-                let side = dot(direction, vertex.facing) > 0.0;
-                let start = select(vertex.position - vertex.facing * vertex.thickness, vertex.position, side);
-                scattered += response * arriving(start, direction);
-                rays += 1u;
+    if SCATTERED {
+        let own_set = sun.number % params.path_sets;
+        let first_path = ((batch * params.receivers + receiver_index) * params.path_sets + own_set) * params.paths;
+        for (; path < params.end_path; path++) {
+            let first_slot = (first_path + path) * params.most_vertices;
+            for (var k = 0u; k < params.most_vertices; k++) {
+                let vertex = vertices[first_slot + k];
+                if vertex.material == 0u {
+                    break;
+                }
+                let direction = image_of(sun_direction(sun, sample_pair(path, 1u + k, seed)));
+                let response = surface_response(materials[vertex.material - 1u], vertex.incoming, vertex.facing, direction) * vertex.throughput;
+                if largest(response) > 0.0 {
+                    let side = dot(direction, vertex.facing) > 0.0;
+                    let start = select(vertex.position - vertex.facing * vertex.thickness, vertex.position, side);
+                    scattered += response * arriving(start, direction);
+                    rays += 1u;
+                }
             }
         }
     }

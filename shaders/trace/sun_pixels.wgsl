@@ -7,8 +7,7 @@ import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER};
-import package::shared::window::{windows, distance_through};
-import package::shared::sun::{leaves_through_window};
+import package::shared::window::{windows, distance_through, leaves_through_window};
 import package::shared::pane::{FacadePoint, NO_PANE};
 import package::shared::counters::{count_finished};
 

@@ -1,7 +1,8 @@
 // What single rays see of the sun, or of its image in flat mirrors: the straight transmittance of each.
 
-import package::shared::sun::{SunRecord, Gate, passes_gate, sun_transmittance};
-import package::shared::mirrored::{mirrored_way, next_leg, MOST_MET};
+import package::shared::gates::{passes_gates};
+import package::shared::mirrored::{mirrored_transmittance};
+import package::shared::sun::{SunRecord, sun_transmittance};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{count_finished};
 
@@ -32,30 +33,6 @@ override MIRRORED: bool = false;
 @group(0) @binding(6) var<uniform> params: SunRayParams;
 @group(0) @binding(7) var<storage, read> rays: array<SunRay>;
 @group(0) @binding(8) var<storage, read_write> passed: array<vec4<f32>>;
-@group(0) @binding(11) var<storage, read> gates: array<Gate>;
-
-fn may_come_in(origin: vec3<f32>, direction: vec3<f32>) -> bool {
-    for (var g = 0u; g < params.gates; g++) {
-        if passes_gate(gates[g], origin, direction) {
-            return true;
-        }
-    }
-    return false;
-}
-
-// What arrives of an image that comes in on one of its legs.
-fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    var way = mirrored_way(origin, direction, params.image_x, params.image_y, params.image_z);
-    var entered = false;
-    for (var met = 0u; met < MOST_MET; met++) {
-        entered = entered || may_come_in(way.start, way.along);
-        way = next_leg(way);
-        if way.ended {
-            return select(vec3<f32>(0.0), way.passed, entered && way.reached);
-        }
-    }
-    return vec3<f32>(0.0);
-}
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -66,8 +43,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     let ray = rays[index];
     var result = vec3<f32>(0.0);
     if MIRRORED {
-        result = mirrored_transmittance(ray.origin, ray.direction);
-    } else if may_come_in(ray.origin, ray.direction) {
+        let image = mat3x3<f32>(params.image_x, params.image_y, params.image_z);
+        result = mirrored_transmittance(ray.origin, ray.direction, image, params.gates, 0u);
+    } else if passes_gates(ray.origin, ray.direction, params.gates) {
         result = sun_transmittance(ray.origin, ray.direction);
     }
     passed[index] = vec4<f32>(result, 0.0);

@@ -192,7 +192,17 @@ fn models(room: &Room) -> Fallible<(Scene, Scene, u32)> {
     Ok((lit, black, first as u32))
 }
 
-fn pictures(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Record) -> Fallible<()> {
+/// Suns in a fisheye. Radiance is given the suns of `peer`, of which `chosen` are ours, and `rays` rays a pixel.
+struct Fisheye<'a> {
+    what: &'a str,
+    suns: &'a [Sun],
+    peer: &'a [Sun],
+    chosen: &'a [usize],
+    rays: usize,
+}
+
+fn pictures(room: &Room, device: &Device, job: &Fisheye, record: &mut record::Record) -> Fallible<()> {
+    let (suns, rays) = (job.suns, job.rays);
     let (lit, black, first_shade) = models(room)?;
     let corners = lit.triangles.iter().filter(|t| t.material.0 >= first_shade).flat_map(|t| t.vertices).collect();
     let shaded = [(room.window[0].clone(), corners)];
@@ -220,18 +230,20 @@ fn pictures(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Rec
     let parts = [("", "Floor"), ("", "InteriorWall"), ("", "Ceiling"), ("-m black ", "Ground"), ("-m black ", "ExteriorWalls")];
     std::fs::write(&inside, parts.map(|(how, part)| format!("!xform {how}objects/{part}.rad\n")).concat())?;
     let scene = format!("materials.rad materialBlack.rad {} ../reference/fivephase/blindsGeometry.rad", inside.display());
-    room.suns("some", &scene, suns)?;
+    room.suns("some", &scene, job.peer)?;
     let [names, octree, output] = ["some.mod", "some.oct", "out"].map(|n| room.at(n));
     let environment = &room.environment;
-    // vwrays draws the same rays each time: two runs of 16 in turn are had from one of 32.
+    // vwrays draws the same rays each time: two runs in turn are had from one of twice the rays.
     let view = format!("-vf views/fish.vf -x {SIDE} -y {SIDE}");
     let command = format!(
-        "export {environment}; vwrays -ff {view} -c 32 -pj 1 | rcontrib -h -V+ -ab 0 -dj 1 -dc 1 -dt 0 -ss 0 -c 16 -y {} -fff -M {names} {octree} > {output}",
+        "export {environment}; vwrays -ff {view} -c {} -pj 1 | rcontrib -h -V+ -ab 0 -dj 1 -dc 1 -dt 0 -ss 0 -c {rays} -y {} -fff -M {names} {octree} > {output}",
+        2 * rays,
         2 * SIDE * SIDE
     );
     let seconds = room.run(&command)? / 2.0;
-    let both: Vec<f64> = floats(Path::new(&output))?.into_iter().map(surfaces).collect();
-    let peer = twice("vwrays -c 16 | rcontrib -ab 0 -dj 1", |run| {
+    let both: Vec<f64> =
+        floats(Path::new(&output))?.chunks_exact(job.peer.len()).flat_map(|all| job.chosen.iter().map(|s| surfaces(all[*s]))).collect();
+    let peer = twice(format!("vwrays -c {rays} | rcontrib -ab 0 -dj 1, {} suns", job.peer.len()), |run| {
         let one = both.chunks_exact(suns.len()).skip(run as usize - 1).step_by(2);
         let mut found: Vec<f64> = one.flatten().copied().collect();
         // Radiance looks beyond the circle of a fisheye too.
@@ -239,7 +251,7 @@ fn pictures(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Rec
         beyond.for_each(|p| found[p * suns.len()..][..suns.len()].fill(0.0));
         Ok((seconds, found))
     })?;
-    report(record, "suns in a fisheye, straight", &own, &[peer]);
+    report(record, job.what, &own, &[peer]);
     Ok(())
 }
 
@@ -297,7 +309,14 @@ fn main() -> Fallible<()> {
     let south: Vec<Sun> = set.suns.iter().copied().filter(|s| s.direction.y < -0.3).collect();
     let some: Vec<Sun> = south.iter().copied().step_by(south.len().div_ceil(40).max(1)).collect();
     if asked("pictures") {
-        pictures(&room, &device, &some, &mut record)?;
+        let chosen: Vec<usize> = (0..some.len()).collect();
+        let what = "suns in a fisheye, straight";
+        pictures(&room, &device, &Fisheye { what, suns: &some, peer: &some, chosen: &chosen, rays: 16 }, &mut record)?;
+        let sky = ReinhartSky::new(6)?;
+        let all: Vec<Sun> = (1..sky.len()).map(|patch| Sun::new(sky.centre(patch))).collect();
+        let chosen: Vec<usize> = set.columns.iter().map(|patch| patch - 1).collect();
+        let what = "suns in a fisheye, straight, all suns of the year";
+        pictures(&room, &device, &Fisheye { what, suns: &set.suns, peer: &all, chosen: &chosen, rays: 2 }, &mut record)?;
     }
     if asked("panes") {
         panes(&room, &device, &some, &mut record)?;

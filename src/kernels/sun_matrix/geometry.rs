@@ -20,7 +20,7 @@ use crate::scene::{Scene, Window};
 use glam::{DVec3, Vec3};
 
 gpu_struct! {
-    /// A box that light must pass (`shared/sun.wgsl`).
+    /// A box that light must pass (`shared/gates.wgsl`).
     pub(crate) struct Gate {
         x: [f32; 3],
         padding0: u32,

@@ -6,7 +6,7 @@
 //! | part | estimator | module |
 //! |---|---|---|
 //! | straight through openings, panes and between slats | low-discrepancy points of the disc, a ray each | [`geometry`] |
-//! | suns in pictures: lit surfaces, lit slats, the disc itself | the same for the surface behind each pixel; rays to points of the disc | [`pixels`] |
+//! | suns in pictures: lit surfaces, lit slats, the disc itself | the same for the surface behind each pixel, of which those that may see a sun are listed first; rays to points of the disc | [`pixels`] |
 //! | by way of flat mirror-like slats | the same for the sun's images in them | [`mirrors`] |
 //! | scattered once by a BSDF pane | quadrature over the window | [`pane`] |
 //! | scattered by slats and other surfaces | paths from the receiver, whose vertices serve *all* suns | [`geometry`] |
@@ -17,6 +17,9 @@ pub mod geometry;
 #[cfg(test)]
 mod mirror_tests;
 pub mod mirrors;
+#[cfg(test)]
+mod pair_tests;
+mod pairs;
 pub mod pane;
 pub mod pixels;
 #[cfg(test)]

@@ -76,8 +76,8 @@ fn straight_light_agrees_with_the_reference() {
     // Faults put into the shader are found.
     for (file, from, to) in [
         ("trace/sun_gather", "cosines += cosine;", "cosines += 1.0;"),
-        ("shared/sun", "if dot(direction, window.z) >= 0.0", "if dot(direction, window.z) < 0.0"),
-        ("shared/sun", "return result;\n        }\n        let material", "return vec3<f32>(1.0);\n        }\n        let material"),
+        ("shared/window", "if dot(direction, window.z) >= 0.0", "if dot(direction, window.z) < 0.0"),
+        ("shared/bvh", "result *= pane_transmittance(triangle, slope);", "result *= 0.9;"),
     ] {
         let m = mutation::with(file, from, to, || {
             compute(&device, &scene, Openings::Windows(std::slice::from_ref(&w)), &sensors(), &suns(), &options, &Silent).unwrap()

@@ -4,6 +4,7 @@
 use super::Sun;
 use super::geometry::{Gate, Openings, SunMatrix, SunOptions};
 use super::mirrors::Mirrors;
+use super::pairs::Pairs;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel, Plan};
 use crate::gpu_struct;
@@ -12,6 +13,7 @@ use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, 
 use crate::scene::Scene;
 use crate::scene::points::Sensor;
 use glam::{DVec3, Vec3};
+use std::cell::OnceCell;
 
 gpu_struct! {
     /// A sun (`shared/sun.wgsl`).
@@ -94,7 +96,8 @@ const MOST_PAIRS: usize = 1 << 20;
 /// Shaders of this module, for the tests.
 pub(super) fn registered() -> Vec<crate::gpu::Registered> {
     use crate::gpu::Registered;
-    vec![
+    let mut all = super::pairs::registered();
+    all.extend([
         Registered::new("trace/sun_vertices").with::<SunPathParams>().with::<SunVertex>().with::<Receiver>(),
         Registered::new("trace/sun_gather")
             .with::<SunGatherParams>()
@@ -102,7 +105,8 @@ pub(super) fn registered() -> Vec<crate::gpu::Registered> {
             .with::<SunRecord>()
             .with::<Gate>()
             .with::<Receiver>(),
-    ]
+    ]);
+    all
 }
 
 /// A scene and its suns on the device.
@@ -118,7 +122,9 @@ pub(crate) struct SunTracer<'d> {
     suns: Buffer,
     panes: bool,
     vertices: Kernel,
-    gather: Kernel,
+    gather: OnceCell<Kernel>,
+    /// Straight light where every batch has receivers of its own.
+    pairs: OnceCell<Pairs>,
     /// Images of the suns in mirrors, and the kernel that looks for them.
     mirrored: Option<(Kernel, Vec<glam::Mat3>)>,
     counters: Buffer,
@@ -178,7 +184,8 @@ impl<'d> SunTracer<'d> {
             suns: device.upload("suns", if records.is_empty() { &none } else { &records })?,
             panes,
             vertices: Kernel::new(device, "trace/sun_vertices", &[], &[])?,
-            gather: Kernel::new(device, "trace/sun_gather", &[], &[("HAS_PANES", f64::from(u8::from(panes)))])?,
+            gather: OnceCell::new(),
+            pairs: OnceCell::new(),
             mirrored: if images.is_empty() {
                 None
             } else {
@@ -199,11 +206,6 @@ impl<'d> SunTracer<'d> {
         Ok(Plan::new(self.device, o.memory, receivers, &[sums, sums, slots, 64], &[], 1)?.at_most(most))
     }
 
-    /// How much is sampled, in the batches that come out.
-    pub fn options(&self) -> &SunOptions {
-        &self.options
-    }
-
     /// Constants of kernels that trace rays to suns.
     pub fn panes(&self) -> [(&'static str, f64); 1] {
         [("HAS_PANES", f64::from(u8::from(self.panes)))]
@@ -217,6 +219,23 @@ impl<'d> SunTracer<'d> {
     /// Boxes that light must pass, and their number.
     pub fn gates(&self) -> (&Buffer, u32) {
         (&self.gates, self.gate_count)
+    }
+
+    /// The suns, and their number.
+    pub(super) fn suns(&self) -> (&Buffer, usize) {
+        (&self.suns, self.sun_count)
+    }
+
+    pub(super) fn device(&self) -> &'d Device {
+        self.device
+    }
+
+    pub(super) fn options(&self) -> &SunOptions {
+        &self.options
+    }
+
+    pub(super) fn window_count(&self) -> u32 {
+        self.window_count
     }
 
     /// The black model.
@@ -286,10 +305,22 @@ impl<'d> SunTracer<'d> {
             ..SunGatherParams::default()
         };
         let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * 7)?;
-        let (kernel, images) = self.mirrored.as_ref().map_or((&self.gather, &[][..]), |(kernel, images)| (kernel, &images[..]));
-        let passes = std::iter::once((&self.gather, glam::Mat3::IDENTITY)).chain(images.iter().map(|image| (kernel, *image)));
+        let own_points = batch_stride > 0;
+        if own_points {
+            let pairs = made_once(&self.pairs, || Pairs::new(device, &self.panes()))?;
+            pairs.trace(self, receivers, count, &sums, statistics)?;
+        }
+        let mut passes = Vec::new();
+        if scatters || !own_points {
+            let constants = [self.panes()[0], ("STRAIGHT", f64::from(u8::from(!own_points))), ("SCATTERED", f64::from(u8::from(scatters)))];
+            passes.push((made_once(&self.gather, || Kernel::new(device, "trace/sun_gather", &[], &constants))?, glam::Mat3::IDENTITY));
+        }
+        if let Some((kernel, images)) = &self.mirrored {
+            passes.extend(images.iter().map(|image| (kernel, *image)));
+        }
         let chunks = (0..paths.max(1)).step_by(MOST_PATHS).map(|first| [first, paths.min(first + MOST_PATHS as u32)]);
-        for ((kernel, image), [first_path, end_path]) in passes.flat_map(|pass| chunks.clone().map(move |chunk| (pass, chunk))) {
+        for ((kernel, image), [first_path, end_path]) in passes.into_iter().flat_map(|pass| chunks.clone().map(move |chunk| (pass, chunk)))
+        {
             let [image_x, image_y, image_z] = image.to_cols_array_2d();
             let params = device.uniform("suns", &SunGatherParams { image_x, image_y, image_z, first_path, end_path, ..params })?;
             let own = [
@@ -309,7 +340,7 @@ impl<'d> SunTracer<'d> {
         device.read_finite(&sums)
     }
 
-    fn run(
+    pub(super) fn run(
         &self,
         kernel: &Kernel,
         own: &[(&str, &Buffer)],
@@ -358,6 +389,17 @@ impl<'d> SunTracer<'d> {
                     result.scattered_error.at_mut(row, sun)[c] = scattered_variance.sqrt() as f32;
                 }
             }
+        }
+    }
+}
+
+/// What a cell holds, made at the first call.
+fn made_once<T>(cell: &OnceCell<T>, make: impl FnOnce() -> Result<T>) -> Result<&T> {
+    match cell.get() {
+        Some(made) => Ok(made),
+        None => {
+            let made = make()?;
+            Ok(cell.get_or_init(|| made))
         }
     }
 }

@@ -332,8 +332,9 @@ impl TraceTables {
         let mut corners: Vec<[f32; 4]> = Vec::with_capacity(bvh.order.len() * 3);
         for &index in &bvh.order {
             let [a, b, c] = self.triangles[index as usize];
-            let material = f32::from_bits(self.triangle_materials[index as usize]);
-            corners.extend([[a.x, a.y, a.z, material], [b.x, b.y, b.z, 0.0], [c.x, c.y, c.z, 0.0]]);
+            let number = self.triangle_materials[index as usize];
+            let pane = pane_kind(&self.materials[number as usize]);
+            corners.extend([[a.x, a.y, a.z, f32::from_bits(number)], [b.x, b.y, b.z, pane], [c.x, c.y, c.z, 0.0]]);
         }
         Ok(TraceScene {
             nodes: device.upload("BVH nodes", &bvh.nodes)?,
@@ -389,6 +390,16 @@ fn absorber(window: u32) -> Material {
 }
 
 /// Radiance's material parameters as the shares of light that the shaders use.
+/// How a material lets light straight through, as `shared/bvh.wgsl` has it.
+fn pane_kind(material: &Material) -> f32 {
+    let smooth = material.roughness * material.roughness <= 1e-6;
+    match material.kind {
+        2 => 1.0,
+        1 if smooth && material.specular_transmitted.iter().any(|v| *v > 0.0) => 2.0,
+        _ => 0.0,
+    }
+}
+
 fn material_record(kind: &MaterialKind) -> Material {
     let scaled = |c: [f64; 3], f: f64| c.map(|v| (v * f) as f32);
     let surface = Material { kind: SURFACE, ..bytemuck::Zeroable::zeroed() };
