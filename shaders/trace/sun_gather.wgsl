@@ -5,10 +5,10 @@
 
 import package::shared::receiver::{Receiver, SunVertex};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{materials, largest, smooth_specular};
+import package::shared::material::{materials, largest};
 import package::shared::gates::{may_come_in};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, surface_response, hidden_by_one, is_clear, is_mirror};
+import package::shared::mirrored::{mirrored_transmittance};
+import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, surface_response, hidden_by_one};
 import package::shared::counters::{counters, count_finished};
 
 struct SunGatherParams {
@@ -49,10 +49,6 @@ override MIRRORED: bool = false;
 override STRAIGHT: bool = true;
 // Whether there are paths.
 override SCATTERED: bool = true;
-// Mirrors and panes that light of an image may meet.
-const MOST_MET: u32 = 32u;
-// Mirrors are taken for parallel within half of this.
-const SAME_IMAGE: f32 = 1e-3;
 
 @group(0) @binding(6) var<uniform> params: SunGatherParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
@@ -71,54 +67,10 @@ fn image_of(direction: vec3<f32>) -> vec3<f32> {
     return direction.x * params.image_x + direction.y * params.image_y + direction.z * params.image_z;
 }
 
-// What part of the light of the sun's image arrives: it must meet mirrors on its way that, together,
-// undo the image, and come in through an opening on one of its legs.
-fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    var result = vec3<f32>(1.0);
-    var start = origin;
-    var along = direction;
-    var entered = false;
-    var reflected = false;
-    // The image, reflection by reflection taken back.
-    var x = params.image_x;
-    var y = params.image_y;
-    var z = params.image_z;
-    for (var met = 0u; met < MOST_MET; met++) {
-        entered = entered || may_come_in(start, along, params.gates, params.window_count);
-        let hit = closest_hit(start, along, FAR_AWAY);
-        if hit.triangle == NO_TRIANGLE {
-            let rest = abs(x - vec3<f32>(1.0, 0.0, 0.0)) + abs(y - vec3<f32>(0.0, 1.0, 0.0)) + abs(z - vec3<f32>(0.0, 0.0, 1.0));
-            return select(vec3<f32>(0.0), result, entered && reflected && largest(rest) < SAME_IMAGE);
-        }
-        let material = materials[triangle_material(hit.triangle)];
-        let normal = triangle_normal(hit.triangle);
-        let cosine = dot(normal, along);
-        let parts = smooth_specular(material, max(abs(cosine), 1e-6), cosine < 0.0);
-        let behind = select(-normal, normal, cosine > 0.0);
-        if is_mirror(material) {
-            result *= parts[1];
-            start = leave_surface(hit, -behind);
-            along = normalize(along - 2.0 * cosine * normal);
-            x -= 2.0 * dot(x, normal) * normal;
-            y -= 2.0 * dot(y, normal) * normal;
-            z -= 2.0 * dot(z, normal) * normal;
-            reflected = true;
-        } else if is_clear(material) {
-            result *= parts[0];
-            start = leave_surface(hit, behind);
-        } else {
-            return vec3<f32>(0.0);
-        }
-        if largest(result) <= 0.0 {
-            return vec3<f32>(0.0);
-        }
-    }
-    return vec3<f32>(0.0);
-}
-
 fn arriving(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     if MIRRORED {
-        return mirrored_transmittance(origin, direction);
+        let image = mat3x3<f32>(params.image_x, params.image_y, params.image_z);
+        return mirrored_transmittance(origin, direction, image, params.gates, params.window_count);
     }
     return sun_transmittance(origin, direction);
 }
@@ -142,14 +94,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var rays = 0u;
     var straight = vec3<f32>(0.0);
     var cosines = 0.0;
-    var risen = params.first_path == 0u;
+    var risen = true;
     var sample = params.disc_samples;
     let centre = image_of(sun.direction);
     var doubt = 0.0;
-    if STRAIGHT || MIRRORED {
-        sample = select(params.disc_samples, 0u, risen);
+    if (STRAIGHT || MIRRORED) && params.first_path == 0u {
+        sample = 0u;
         // One ray in place of many where a wall is in the way, or a slat that is wide enough.
-        let worth_it = risen && params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre, params.gates, params.window_count));
+        let worth_it = params.disc_samples > 1u && dot(centre, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, centre, params.gates, params.window_count));
         if worth_it && hidden_by_one(receiver.position, centre, sun.chord, !MIRRORED) {
             sample = params.disc_samples;
             risen = false;

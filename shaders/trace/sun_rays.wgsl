@@ -1,6 +1,7 @@
-// What single rays see of the sun: the straight transmittance of each.
+// What single rays see of the sun, or of its image in flat mirrors: the straight transmittance of each.
 
 import package::shared::gates::{passes_gates};
+import package::shared::mirrored::{mirrored_transmittance};
 import package::shared::sun::{SunRecord, sun_transmittance};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{count_finished};
@@ -17,7 +18,17 @@ struct SunRayParams {
     gates: u32,
     padding0: u32,
     padding1: u32,
+    // Columns of the matrix that takes a direction to the sun to that of its image.
+    image_x: vec3<f32>,
+    padding2: u32,
+    image_y: vec3<f32>,
+    padding3: u32,
+    image_z: vec3<f32>,
+    padding4: u32,
 }
+
+// Whether rays go to an image of the sun, not to the sun itself.
+override MIRRORED: bool = false;
 
 @group(0) @binding(6) var<uniform> params: SunRayParams;
 @group(0) @binding(7) var<storage, read> rays: array<SunRay>;
@@ -31,7 +42,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     }
     let ray = rays[index];
     var result = vec3<f32>(0.0);
-    if passes_gates(ray.origin, ray.direction, params.gates) {
+    if MIRRORED {
+        let image = mat3x3<f32>(params.image_x, params.image_y, params.image_z);
+        result = mirrored_transmittance(ray.origin, ray.direction, image, params.gates, 0u);
+    } else if passes_gates(ray.origin, ray.direction, params.gates) {
         result = sun_transmittance(ray.origin, ray.direction);
     }
     passed[index] = vec4<f32>(result, 0.0);

@@ -39,6 +39,7 @@ sources![
     "shared/gates",
     "shared/gemm",
     "shared/material",
+    "shared/mirrored",
     "shared/pairs",
     "shared/pane",
     "shared/pixel",

@@ -110,7 +110,7 @@ impl<'a> Phase<'a> {
     ) -> Result<(FivePhase<'a>, Option<TraceStatistics>)> {
         let (project, inputs) = (self.project, self.inputs);
         let suns = sun_set(project, inputs)?;
-        shade::warn_of_mirrors(shades(inputs), !project.views.is_empty(), warnings);
+        shade::warn_of_mirrors(shades(inputs), warnings);
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
         self.write_suns(&suns)?;
         let statistics = traced.then_some(matrix.statistics);

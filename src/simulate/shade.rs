@@ -153,8 +153,8 @@ pub fn add(scene: &mut Scene, other: &Scene) {
     }));
 }
 
-/// What of the sun in mirror-like slats is not traced. `pictures`: whether any are asked for.
-pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, pictures: bool, warnings: &mut Warnings) {
+/// What of the sun in mirror-like slats is not traced.
+pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, warnings: &mut Warnings) {
     let mut all = Scene::default();
     shades.for_each(|s| add(&mut all, &s.scene));
     let mirrors = Mirrors::of(&all);
@@ -177,12 +177,6 @@ pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, pictures: bo
             "model slats by fewer flat strips, or give them a roughness",
         );
     }
-    if pictures && !mirrors.images.is_empty() {
-        warn(
-            "pictures show where mirror-like slats throw the sun, but not the sun's image in them".into(),
-            "give them a roughness, as real slats have",
-        );
-    }
 }
 
 #[cfg(test)]
@@ -191,7 +185,7 @@ mod tests {
     use crate::kernels::trace::rooms::Builder;
 
     /// Warnings about slats of mirror whose strips are turned by these angles, degrees.
-    fn warnings(turns: &[f64], pictures: bool) -> Vec<String> {
+    fn warnings(turns: &[f64]) -> Vec<String> {
         let mut b = Builder::default();
         let mirror = b.material(MaterialKind::Mirror { color: [0.9; 3] });
         for turn in turns {
@@ -199,18 +193,17 @@ mod tests {
             b.quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, y, z], [0.0, y, z]], mirror);
         }
         let mut found = Warnings::new();
-        warn_of_mirrors([Shade { scene: b.scene }].iter(), pictures, &mut found);
+        warn_of_mirrors([Shade { scene: b.scene }].iter(), &mut found);
         found.iter().map(ToString::to_string).collect()
     }
 
     #[test]
     fn what_mirrors_lose_is_said() {
-        assert!(warnings(&[20.0, 20.0], false).is_empty(), "flat slats lose nothing");
-        assert!(warnings(&[], true).is_empty());
-        assert!(warnings(&[20.0], true)[0].contains("but not the sun's image"));
+        assert!(warnings(&[20.0, 20.0]).is_empty(), "flat slats lose nothing");
+        assert!(warnings(&[]).is_empty());
         let fine: Vec<f64> = (0..30).map(|i| 0.1 * f64::from(i)).collect();
-        assert!(warnings(&fine, false)[0].contains("100 % of the shades' mirror-like surfaces"));
+        assert!(warnings(&fine)[0].contains("100 % of the shades' mirror-like surfaces"));
         let many: Vec<f64> = (0..20).map(|i| 3.0 * f64::from(i) + 0.03 * f64::from(i * i)).collect();
-        assert!(warnings(&many, false)[0].contains("mirrored more than once"), "{:?}", warnings(&many, false));
+        assert!(warnings(&many)[0].contains("mirrored more than once"), "{:?}", warnings(&many));
     }
 }

@@ -2,10 +2,15 @@
 
 use super::geometry::{Openings, SunMatrix, SunOptions, compute};
 use super::mirrors::reflection;
+use super::pane::PaneOptions;
+use super::pixels::{self, Models, PixelOptions, SunPicture};
 use super::{Sun, reference};
+use crate::bins::KlemsBasis;
+use crate::camera::{Raster, View};
 use crate::error::Warnings;
+use crate::glare::PixelGeometry;
 use crate::gpu::{Device, mutation};
-use crate::kernels::trace::rooms::{Builder, sensor};
+use crate::kernels::trace::rooms::{Builder, sensor, window};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
 use crate::scene::rad::read_scene;
@@ -124,7 +129,7 @@ fn mirror_slats_agree_with_the_definition() {
         ("entered && reflected && largest(rest)", "entered && largest(rest)"),
         ("largest(rest) < SAME_IMAGE", "largest(rest) < 4.0"),
     ] {
-        let found = mutation::with("trace/sun_gather", from, to, || worst(false));
+        let found = mutation::with("shared/mirrored", from, to, || worst(false));
         assert!(found > 1.0, "{to}: {found}");
     }
 }
@@ -224,4 +229,50 @@ fn point_suns_in_mirrors_are_radiances() {
     println!("{mirrored} pairs with mirrored light; {off} differ, the others within {worst:.1e}");
     assert!(mirrored > 150 && worst < 1e-4);
     assert!(off * 100 <= mirrored, "{off} of {mirrored}");
+}
+
+/// The sun's images on a picture's pixels: the eye gets what a sensor in its place gets.
+#[test]
+fn a_picture_shows_the_suns_images_as_bright_as_a_sensor_has_them() {
+    let Some(device) = Device::for_tests("mirror-like slats in pictures") else { return };
+    let (scene, mut sensors, suns) = louvre();
+    // One that sees the sun beside its image, and some that see images alone.
+    sensors.drain(1..4);
+    let hole = [[0.0, 0.0, 0.9], [1.0, 0.0, 0.9], [1.0, 0.0, 1.6], [0.0, 0.0, 1.6]];
+    let corners = scene.triangles.iter().flat_map(|t| t.vertices).filter(|p| (0.0..=1.0).contains(&p.x)).collect();
+    let shaded = [(window(hole, DVec3::Y, DVec3::Z, KlemsBasis::Full), corners)];
+    let slats = SunOptions { disc_samples: 512, ..SunOptions::default() }.direct();
+    let found = run(&device, &scene, Openings::Shaded(&shaded), &sensors, &suns, &slats);
+    let models = Models { lit: &scene, black: &scene, first_shade: 0, shaded: &shaded, panes: &[] };
+    let options = PixelOptions { slats: SunOptions { disc_samples: 4, paths: 1, ..slats }, panes: PaneOptions::default() };
+    let at_eyes = |sensors: &[Sensor]| {
+        let eye = |s: &Sensor| {
+            let (p, d) = (s.position, s.direction);
+            let view = format!("-vta -vp {} {} {} -vd {} {} {} -vu 0 0 1 -vh 180 -vv 180", p.x, p.y, p.z, d.x, d.y, d.z);
+            let raster = Raster::fit(View::parse(&view).unwrap().camera().unwrap(), 64, 64, 1.0).unwrap();
+            let pictures = pixels::compute(&device, &models, &raster, &suns, &options, &Silent, &mut Default::default()).unwrap();
+            let weights = PixelGeometry::new(&raster).unwrap().projected_solid_angles;
+            let light = |p: &SunPicture| p.pixels.iter().map(|(k, v)| f64::from(v[0]) * weights[*k as usize]).sum::<f64>();
+            pictures.iter().map(light).collect::<Vec<_>>()
+        };
+        sensors.iter().map(eye).collect::<Vec<_>>()
+    };
+    let worst = |shown: &[Vec<f64>]| {
+        let (mut worst, mut images) = (0.0f64, 0);
+        for (row, s) in sensors.iter().enumerate().take(shown.len()) {
+            for (column, sun) in suns.iter().enumerate() {
+                let wanted = f64::from(found.direct.at(row, column)[0]);
+                let straight = reference::direct(&scene, &[], s.position, s.direction, sun, 400)[0];
+                images += usize::from(wanted > straight + 0.1 * sun.solid_angle());
+                let allowed = 0.01 * wanted + 4.0 * f64::from(found.direct_error.at(row, column)[0]) + 0.003 * sun.solid_angle();
+                worst = worst.max((shown[row][column] - wanted).abs() / allowed);
+            }
+        }
+        (worst, images)
+    };
+    let (found_worst, images) = worst(&at_eyes(&sensors));
+    println!("{images} sensors with images, {found_worst:.2} of what is allowed");
+    assert!(found_worst < 1.0 && images >= 5, "{found_worst} {images}");
+    let without = mutation::with("trace/sun_rays", "if MIRRORED {", "if MIRRORED && ray.origin.x > 1e9 {", || at_eyes(&sensors[..1]));
+    assert!(worst(&without).0 > 1.0);
 }

@@ -121,7 +121,8 @@ pub fn compute(
     if !models.shaded.is_empty() {
         let tracer = SunTracer::new(device, models.black, Openings::Shaded(models.shaded), &[], suns, &options.slats)?;
         between_slats(device, models, raster, &tracer, progress, statistics, &mut pictures)?;
-        discs::add(device, raster, &tracer, suns, &|_, _| [1.0; 3], statistics, &mut pictures)?;
+        let way = discs::Way { tracer: &tracer, filter: &|_, _| [1.0; 3], images: true };
+        discs::add(device, raster, &way, suns, statistics, &mut pictures)?;
     }
     if !models.panes.is_empty() {
         shared = panes::add(device, models, raster, suns, &options.panes, progress, statistics, &mut pictures)?;

@@ -206,14 +206,14 @@ impl<'d> SunTracer<'d> {
         Ok(Plan::new(self.device, o.memory, receivers, &[sums, sums, slots, 64], &[], 1)?.at_most(most))
     }
 
-    /// How much is sampled, in the batches that come out.
-    pub fn options(&self) -> &SunOptions {
-        &self.options
-    }
-
     /// Constants of kernels that trace rays to suns.
     pub fn panes(&self) -> [(&'static str, f64); 1] {
         [("HAS_PANES", f64::from(u8::from(self.panes)))]
+    }
+
+    /// Matrices that take a direction to a sun to those of its images in flat mirrors.
+    pub fn images(&self) -> &[glam::Mat3] {
+        self.mirrored.as_ref().map_or(&[], |(_, images)| images)
     }
 
     /// Boxes that light must pass, and their number.
@@ -233,6 +233,10 @@ impl<'d> SunTracer<'d> {
 
     pub(super) fn device(&self) -> &'d Device {
         self.device
+    }
+
+    pub(super) fn options(&self) -> &SunOptions {
+        &self.options
     }
 
     pub(super) fn window_count(&self) -> u32 {

@@ -86,7 +86,8 @@ pub(super) fn add(
     let plain = SunOptions { memory: options.memory, ..SunOptions::default() }.direct();
     let straight = SunTracer::new(device, models.black, Openings::Shaded(&openings), &[], suns, &plain)?;
     let filter = |origin, direction| clear_through(models.panes, origin, direction);
-    discs::add(device, raster, &straight, suns, &filter, statistics, pictures)?;
+    let way = discs::Way { tracer: &straight, filter: &filter, images: false };
+    discs::add(device, raster, &way, suns, statistics, pictures)?;
     Ok(shared.iter().map(SharedSums::noise).collect())
 }
 
