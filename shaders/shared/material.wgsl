@@ -78,12 +78,16 @@ fn glass_pane(transmissivity: vec3<f32>, index: f32, cosine: f32) -> array<vec3<
     return array<vec3<f32>, 2>(transmitted, reflected);
 }
 
+// Whether a surface reflects and transmits as a mirror and a pane do.
+fn is_smooth(material: Material) -> bool {
+    return material.roughness * material.roughness <= 1e-6;
+}
+
 // What smooth surfaces add to their specular reflection at this angle of incidence, as a share of
 // the rest (Radiance's approximation to Fresnel). Vanishes at normal incidence: exp(-5.85) is
 // subtracted.
 fn smooth_fresnel(material: Material, cosine: f32) -> f32 {
-    let smooth_surface = material.roughness * material.roughness <= 1e-6;
-    if smooth_surface && largest(material.specular) >= FRESNEL_THRESHOLD {
+    if is_smooth(material) && largest(material.specular) >= FRESNEL_THRESHOLD {
         return exp(-5.85 * cosine) - 0.00287989916;
     }
     return 0.0;
@@ -134,7 +138,7 @@ fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bo
     if material.kind != MATERIAL_SURFACE {
         return result;
     }
-    let smooth_surface = material.roughness * material.roughness <= 1e-6;
+    let smooth_surface = is_smooth(material);
     let fresnel = smooth_fresnel(material, cosine);
     let specular = material.specular + fresnel * (1.0 - material.specular);
     let rest = 1.0 - fresnel;

@@ -2,7 +2,8 @@
 
 import package::shared::frame::{tangent_frame};
 import package::shared::bvh::{bvh_triangles, light_passing, traverse, triangle_material, NO_TRIANGLE, FAR_AWAY, ANY, ANY_BUT_CLEAR};
-import package::shared::material::{Material, materials, diffuse_share, largest, MATERIAL_GLASS, MATERIAL_SURFACE, MATERIAL_MIRROR};
+import package::shared::receiver::{SunVertex};
+import package::shared::material::{Material, materials, diffuse_share, is_smooth, largest, MATERIAL_GLASS, MATERIAL_SURFACE, MATERIAL_MIRROR};
 
 struct SunRecord {
     // Unit vector towards the centre.
@@ -37,10 +38,6 @@ fn sun_direction(sun: SunRecord, random: vec2<f32>) -> vec3<f32> {
 // of the panes and the straight transmittance of smooth translucent surfaces passed.
 fn sun_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     return light_passing(origin, direction, FAR_AWAY, select(ANY, ANY_BUT_CLEAR, HAS_PANES));
-}
-
-fn is_smooth(material: Material) -> bool {
-    return material.roughness * material.roughness <= 1e-6;
 }
 
 // Whether light goes straight through in part.
@@ -100,4 +97,16 @@ fn surface_response(material: Material, incoming: vec3<f32>, facing: vec3<f32>, 
         }
     }
     return result;
+}
+
+// What the vertex of a path sends on of light from a direction, and where a ray to that light begins.
+struct VertexLight {
+    response: vec3<f32>,
+    start: vec3<f32>,
+}
+
+fn vertex_light(vertex: SunVertex, direction: vec3<f32>) -> VertexLight {
+    let response = surface_response(materials[vertex.material - 1u], vertex.incoming, vertex.facing, direction) * vertex.throughput;
+    let side = dot(direction, vertex.facing) > 0.0;
+    return VertexLight(response, select(vertex.position - vertex.facing * vertex.thickness, vertex.position, side));
 }

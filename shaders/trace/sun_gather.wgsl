@@ -8,7 +8,7 @@ import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{materials, largest};
 import package::shared::gates::{may_come_in};
 import package::shared::mirrored::{mirrored_transmittance};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, surface_response, hidden_by_one};
+import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, vertex_light, hidden_by_one};
 import package::shared::counters::{counters, count_finished};
 
 struct SunGatherParams {
@@ -167,11 +167,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                     break;
                 }
                 let direction = image_of(sun_direction(sun, sample_pair(path, 1u + k, seed)));
-                let response = surface_response(materials[vertex.material - 1u], vertex.incoming, vertex.facing, direction) * vertex.throughput;
-                if largest(response) > 0.0 {
-                    let side = dot(direction, vertex.facing) > 0.0;
-                    let start = select(vertex.position - vertex.facing * vertex.thickness, vertex.position, side);
-                    scattered += response * arriving(start, direction);
+                let light = vertex_light(vertex, direction);
+                if largest(light.response) > 0.0 {
+                    scattered += light.response * arriving(light.start, direction);
                     rays += 1u;
                 }
             }

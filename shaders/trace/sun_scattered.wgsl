@@ -4,7 +4,7 @@
 import package::shared::receiver::{SunVertex};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{materials, largest};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, surface_response};
+import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, vertex_light};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
 
@@ -62,11 +62,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                 continue;
             }
             let direction = sun_direction(sun, sample_pair(list.index, k, seed));
-            let response = surface_response(materials[vertex.material - 1u], vertex.incoming, vertex.facing, direction) * vertex.throughput;
-            if largest(response) > 0.0 {
-                let side = dot(direction, vertex.facing) > 0.0;
-                let start = select(vertex.position - vertex.facing * vertex.thickness, vertex.position, side);
-                sum += response * sun_transmittance(start, direction);
+            let light = vertex_light(vertex, direction);
+            if largest(light.response) > 0.0 {
+                sum += light.response * sun_transmittance(light.start, direction);
                 rays += 1u;
             }
         }

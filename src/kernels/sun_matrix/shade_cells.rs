@@ -157,9 +157,8 @@ pub(super) struct Cells {
 /// Whether a surface scatters in the same way to all directions, or not at all. Panes may reflect: paths
 /// see to that.
 fn is_plain(material: &Material) -> bool {
-    let clear = material.roughness * material.roughness <= 1e-6;
     match material.kind {
-        1 => material.specular == [0.0; 3] && (clear || material.specular_transmitted == [0.0; 3]),
+        1 => material.specular == [0.0; 3] && (material.is_smooth() || material.specular_transmitted == [0.0; 3]),
         kind => kind != 3,
     }
 }

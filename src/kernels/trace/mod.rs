@@ -390,12 +390,18 @@ fn absorber(window: u32) -> Material {
 }
 
 /// Radiance's material parameters as the shares of light that the shaders use.
+impl Material {
+    /// Whether it reflects and transmits as a mirror and a pane do.
+    pub fn is_smooth(&self) -> bool {
+        self.roughness * self.roughness <= 1e-6
+    }
+}
+
 /// How a material lets light straight through, as `shared/bvh.wgsl` has it.
 fn pane_kind(material: &Material) -> f32 {
-    let smooth = material.roughness * material.roughness <= 1e-6;
     match material.kind {
         2 => 1.0,
-        1 if smooth && material.specular_transmitted.iter().any(|v| *v > 0.0) => 2.0,
+        1 if material.is_smooth() && material.specular_transmitted.iter().any(|v| *v > 0.0) => 2.0,
         _ => 0.0,
     }
 }
