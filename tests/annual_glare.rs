@@ -10,7 +10,7 @@ use lucarne::kernels::product::Native;
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
 use lucarne::simulate::multiply::{Factor, product};
-use lucarne::simulate::pictures::{Output, PictureView, Request, write_pictures};
+use lucarne::simulate::results::pictures::{Output, PictureView, Request, write_pictures};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -21,7 +21,7 @@ fn scene(name: &str) -> (Project, Inputs) {
     let mut project = Project::read(&Path::new(SCENES).join(name).join("project.toml")).unwrap();
     project.views.clear();
     project.glare = None;
-    project.images.hours = lucarne::simulate::views::ImageHours::None;
+    project.images.hours = lucarne::simulate::project::views::ImageHours::None;
     let mut inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
     inputs.weather.records = inputs.weather.records[79 * 24..80 * 24].to_vec();
     (project, inputs)
@@ -91,7 +91,7 @@ fn standard_quality_meets_two_percent_on_every_shipped_scene() {
         assert_eq!(project.quality.preset, Preset::Standard);
         project.views.clear();
         project.glare = None;
-        project.images.hours = lucarne::simulate::views::ImageHours::None;
+        project.images.hours = lucarne::simulate::project::views::ImageHours::None;
         let inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let (_, _, summary) = results(&device, &project, &inputs, folder.path());

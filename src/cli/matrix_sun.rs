@@ -8,7 +8,7 @@ use lucarne::kernels::sun_matrix::geometry::{Openings, SunOptions, compute};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
 use lucarne::scene::{read_scene, read_sensors, read_windows};
-use lucarne::simulate::suns::{SunScheme, SunSet};
+use lucarne::simulate::{inputs::suns::SunSet, project::method::SunScheme};
 use lucarne::weather::Weather;
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};

@@ -9,7 +9,7 @@ use lucarne::kernels::product::{self, Multiplier, with_components};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, read_matrix, write_matrix};
 use lucarne::simulate::multiply::{Factor, check_hours, check_shapes, lit_columns, product as multiply, select_columns, weighted};
-use lucarne::simulate::pictures::{Output, PictureView, Request, write_pictures};
+use lucarne::simulate::results::pictures::{Output, PictureView, Request, write_pictures};
 use lucarne::units::ILLUMINANCE_WEIGHTS;
 use lucarne::{Error, Result, Warnings};
 use std::path::Path;

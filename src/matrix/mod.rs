@@ -93,3 +93,14 @@ impl<T: Copy + Default> Matrix<T> {
         Matrix { rows: self.rows, cols: self.cols, components: self.components, data: self.data.iter().map(|&v| f(v)).collect() }
     }
 }
+
+impl Matrix<f32> {
+    /// Entry by entry less another matrix.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub fn less(&self, other: &Self) -> Self {
+        assert_eq!((self.rows, self.cols, self.components), (other.rows, other.cols, other.components), "matrices of one shape");
+        Self { data: self.data.iter().zip(&other.data).map(|(a, b)| a - b).collect(), ..*self }
+    }
+}

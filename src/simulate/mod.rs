@@ -1,46 +1,40 @@
 //! From a project to its results: what the command line and the viewer both call.
+//!
+//! ```text
+//! project   what is asked for: project.toml, section by section; opens no other file
+//! store     the output folder: matrices that remember what they were computed from
+//! inputs    what is there: weather, scene, windows with their T, sensors, shades, suns
+//! light     the one formula, I = [V − Vd | Vd]·[X ; X − Xsun] + Cds·Ssun
+//! sampling  rounds of sampling: which matrix gets the next one, when to stop
+//! plan      what will be modelled and what it costs
+//! phases    S, D, V, Cds: each reused or traced, and kept
+//! results   illuminance, pictures and glare with their errors
+//! run       the story from the sky to the summary
+//! rooms, tradeoff    many runs
+//! ```
+//!
+//! Imports go upwards in this list only (`tests/architecture.rs` holds it).
 
-mod annual;
-mod estimate;
-mod fingerprint;
-mod five_phase;
-mod glare;
-mod glare_eyes;
-mod glare_noise;
-mod glare_output;
-pub mod glare_section;
-mod glazing;
-pub mod import;
+pub mod context;
 pub mod inputs;
-pub mod method;
+pub mod light;
 pub mod multiply;
-pub mod picture_sets;
-pub mod pictures;
+pub mod phases;
 pub mod plan;
-mod presets;
 pub mod project;
-mod quality;
-mod results;
+pub mod results;
 pub mod rooms;
-mod rounds;
 mod run;
-mod sampling;
-pub mod shade;
-mod store;
+pub mod sampling;
+pub mod store;
 mod summary;
-mod sun_coding;
-pub mod sun_pictures;
-pub mod suns;
-mod table;
 pub mod tradeoff;
-mod uncertainty;
-mod view_grid;
-pub mod views;
 
-pub use fingerprint::Fingerprint;
-pub use glare::GlareSummary;
+pub use context::{MatrixSummary, Seconds};
 pub use inputs::Inputs;
 pub use project::Project;
+pub use results::glare::GlareSummary;
+pub use results::uncertainty::EstimatedError;
 pub use run::{run, without_pruning};
-pub use summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
-pub use uncertainty::EstimatedError;
+pub use store::fingerprint::Fingerprint;
+pub use summary::{DeviceSummary, SensorSummary, Summary, ViewSummary};

@@ -4,7 +4,8 @@
 //! Matrices that another room's run has already computed from the same inputs (the sky of the same
 //! place, the room of another façade) are taken over, not computed again.
 
-use super::run::run_beside;
+use super::run::{compute, context};
+use super::store::Store;
 use super::{Inputs, Project, Summary};
 use crate::error::{Error, Result, Warnings};
 use crate::files::write_atomically;
@@ -61,7 +62,7 @@ fn names(files: &[PathBuf]) -> Result<Vec<String>> {
 /// all of them.
 ///
 /// # Errors
-/// As [`run`](super::run); results of the rooms before are there.
+/// As [`run`](crate::simulate::run); results of the rooms before are there.
 pub fn run_rooms(device: &Device, rooms: &[Room], out: &Path, progress: &dyn Progress, warnings: &mut Warnings) -> Result<Vec<Summary>> {
     let folders: Vec<PathBuf> = rooms.iter().map(|room| out.join(&room.name)).collect();
     let mut summaries = Vec::new();
@@ -72,7 +73,8 @@ pub fn run_rooms(device: &Device, rooms: &[Room], out: &Path, progress: &dyn Pro
         // Later rooms too: their matrices may be there from an earlier run.
         let others: Vec<PathBuf> = folders.iter().filter(|f| **f != folders[i]).cloned().collect();
         let named = Named { room: &room.name, progress };
-        summaries.push(run_beside(device, &room.project, &room.inputs, (&folders[i], others), &named, warnings)?);
+        let store = Store::open(&folders[i])?.beside(others);
+        summaries.push(compute(&context(device, &room.project, &room.inputs, &store, &named), warnings)?);
     }
     write_annual(out, rooms, &folders)?;
     Ok(summaries)

@@ -1,10 +1,11 @@
 //! What a run did, for people and for programs: `summary.json`.
 
-use super::glare::GlareSummary;
-use super::suns::SunCensus;
-use super::uncertainty::EstimatedError;
+use super::context::{MatrixSummary, Seconds};
 use crate::error::{Error, Result};
 use crate::gpu::Device;
+use crate::simulate::inputs::suns::SunCensus;
+use crate::simulate::results::glare::GlareSummary;
+use crate::simulate::results::uncertainty::EstimatedError;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -111,47 +112,6 @@ pub struct ViewSummary {
     /// Relative standard error of a year's light at the eye, traced suns left out; absent for views
     /// without directions.
     pub eye_error: Option<f64>,
-}
-
-/// One matrix file.
-#[derive(Debug, Clone, Serialize)]
-pub struct MatrixSummary {
-    /// Name of the file in `matrices/`, without `.mtx`.
-    pub name: String,
-    /// Rows.
-    pub rows: usize,
-    /// Columns.
-    pub columns: usize,
-    /// Taken from an earlier run with the same inputs.
-    pub reused: bool,
-    /// Seconds it took (to compute or to read); of V and D those of all sensors and windows.
-    pub seconds: f64,
-    /// Rounds of sampling; absent where there are none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rounds: Option<u32>,
-}
-
-/// Seconds of wall clock per stage.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
-pub struct Seconds {
-    /// Sky matrix.
-    pub sky: f64,
-    /// View matrix.
-    pub view: f64,
-    /// Daylight matrices.
-    pub daylight: f64,
-    /// Sun matrix.
-    pub suns: f64,
-    /// Product of all matrices.
-    pub product: f64,
-    /// Propagation of the standard errors.
-    pub error_estimate: f64,
-    /// Writing results.
-    pub write: f64,
-    /// Annual glare, its own matrices included.
-    pub glare: f64,
-    /// All of it.
-    pub total: f64,
 }
 
 impl Summary {

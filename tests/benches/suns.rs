@@ -28,7 +28,7 @@ use lucarne::matrix::file::read_matrix;
 use lucarne::progress::Silent;
 use lucarne::scene::points::read_points;
 use lucarne::scene::{MaterialKind, Scene, Window, read_scene, read_windows};
-use lucarne::simulate::suns::{SunScheme, SunSet};
+use lucarne::simulate::{inputs::suns::SunSet, project::method::SunScheme};
 use lucarne::weather::Weather;
 use shell::{radiance_path, timed};
 use std::path::{Path, PathBuf};

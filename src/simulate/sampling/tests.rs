@@ -177,9 +177,9 @@ fn progress_tells_the_error_as_it_falls() {
 #[test]
 fn lengths_of_time_are_read() {
     for (text, seconds) in [("5 min", 300.0), ("90s", 90.0), ("0.5 h", 1800.0), (" 2 minutes ", 120.0)] {
-        assert_eq!(parse_time(text).unwrap(), Duration::from_secs_f64(seconds));
+        assert_eq!(crate::simulate::project::quality::parse_time(text).unwrap(), Duration::from_secs_f64(seconds));
     }
     for text in ["", "5", "min", "-5 min", "0 s", "1e300 h", "nan s", "5 min 3", "five min"] {
-        assert!(parse_time(text).is_err(), "{text}");
+        assert!(crate::simulate::project::quality::parse_time(text).is_err(), "{text}");
     }
 }

@@ -12,7 +12,7 @@ use lucarne::kernels::product::{self, Arrangement, Factor, Multiplier};
 use lucarne::kernels::sun_matrix::pixels::SparsePicture;
 use lucarne::matrix::Matrix;
 use lucarne::matrix::rows::MatrixRows;
-use lucarne::simulate::sun_pictures::SunPictures;
+use lucarne::simulate::store::sun_pictures::SunPictures;
 use lucarne::{Error, Result};
 use std::path::PathBuf;
 use std::sync::Arc;

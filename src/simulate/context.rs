@@ -1,0 +1,124 @@
+//! What every phase of a run works with, and the ledger of what it did.
+
+use super::inputs::Inputs;
+use super::project::Project;
+use super::project::method::Choice;
+use super::store::Store;
+use super::store::fingerprint::Fingerprint;
+use crate::error::Result;
+use crate::gpu::Device;
+use crate::kernels::trace::TraceStatistics;
+use crate::progress::{Progress, cancelled};
+use serde::Serialize;
+use std::time::Instant;
+
+/// What every phase of a run works with.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// Device that traces and, if it is faster, multiplies.
+    pub device: &'a Device,
+    /// What is asked for.
+    pub project: &'a Project,
+    /// The number of phases, and why.
+    pub choice: Choice,
+    /// What its files hold.
+    pub inputs: &'a Inputs,
+    /// Where results go.
+    pub store: &'a Store,
+    /// Progress.
+    pub progress: &'a dyn Progress,
+}
+
+impl Context<'_> {
+    /// # Errors
+    /// [`cancelled`] if a stop was requested.
+    pub fn check_stop(&self) -> Result<()> {
+        if self.progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
+    }
+
+    /// What rays can meet.
+    pub fn scene_fingerprint(&self, kind: &str) -> Fingerprint {
+        let scene = &self.inputs.scene;
+        let triangles: Vec<_> = scene.triangles.iter().map(|t| (t.vertices, t.material)).collect();
+        let materials: Vec<_> = scene.materials.iter().map(|m| m.kind).collect();
+        let device = self.device.summary();
+        *Fingerprint::new(kind).add(&triangles).add(&materials).add(&scene.unpruned).add(&device.name).add(&device.driver)
+    }
+
+    /// The same with the windows that emit.
+    pub fn view_fingerprint(&self, kind: &str) -> Fingerprint {
+        let mut inputs = self.scene_fingerprint(kind);
+        for window in self.inputs.windows.iter().map(|w| &w.window) {
+            inputs.add(&(&window.triangles, &window.frame, &window.basis));
+        }
+        inputs
+    }
+}
+
+/// What a run did so far.
+#[derive(Debug, Clone, Default)]
+pub struct Ledger {
+    /// Seconds per stage.
+    pub seconds: Seconds,
+    /// Paths and rays.
+    pub statistics: TraceStatistics,
+    /// Seconds of tracing.
+    pub traced_seconds: f64,
+    /// Matrices computed or reused.
+    pub matrices: Vec<MatrixSummary>,
+}
+
+impl Ledger {
+    /// Notes a matrix.
+    pub fn note(&mut self, name: &str, [rows, columns]: [usize; 2], reused: bool, seconds: f64, rounds: u32) {
+        let rounds = (rounds > 0).then_some(rounds);
+        self.matrices.push(MatrixSummary { name: name.to_string(), rows, columns, reused, seconds, rounds });
+    }
+
+    /// Counts what was traced since `clock`.
+    pub fn count(&mut self, statistics: TraceStatistics, clock: Instant) {
+        self.statistics.add(statistics);
+        self.traced_seconds += clock.elapsed().as_secs_f64();
+    }
+}
+
+/// One matrix file.
+#[derive(Debug, Clone, Serialize)]
+pub struct MatrixSummary {
+    /// Name of the file in `matrices/`, without `.mtx`.
+    pub name: String,
+    /// Rows.
+    pub rows: usize,
+    /// Columns.
+    pub columns: usize,
+    /// Taken from an earlier run with the same inputs.
+    pub reused: bool,
+    /// Seconds it took (to compute or to read); of V and D those of all sensors and windows.
+    pub seconds: f64,
+    /// Rounds of sampling; absent where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounds: Option<u32>,
+}
+
+/// Seconds of wall clock per stage.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Seconds {
+    /// Sky matrix.
+    pub sky: f64,
+    /// View matrix.
+    pub view: f64,
+    /// Daylight matrices.
+    pub daylight: f64,
+    /// Sun matrix.
+    pub suns: f64,
+    /// Product of all matrices.
+    pub product: f64,
+    /// Propagation of the standard errors.
+    pub error_estimate: f64,
+    /// Writing results.
+    pub write: f64,
+    /// Annual glare, its own matrices included.
+    pub glare: f64,
+    /// All of it.
+    pub total: f64,
+}

@@ -1,0 +1,220 @@
+//! The one formula of the matrix methods, for sensors, eyes, pixels and every state of the façade:
+//!
+//! ```text
+//! I = [V − Vd | Vd] · [X ; X − Xsun] + Cds·Ssun      X = T·D·S,  Xsun = T·Dd·Sds
+//! ```
+//!
+//! X is the light that the windows send into the room, `[bin][hour]`. In three phases Xsun and Cds are
+//! zero, and V·X is all. In five, of windows whose sun is traced, Xsun is what comes directly from the
+//! sun's patches of the sky: seen directly (Vd) it is taken away, and the traced suns stand in its place.
+//! Vd and Dd come from the same rays as V and D and are never larger, so nothing cancels and nothing is
+//! negative. Windows whose sun is not traced have no Xsun: they stay as in three phases.
+//!
+//! Sources: Radiance's tutorial of the five-phase method (McNeil 2013), whose
+//! `V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun` this equals.
+
+use super::inputs::{Differences, Inputs, ProjectWindow};
+use super::multiply::{Factor, lit_columns, product, select_columns};
+use crate::error::Result;
+use crate::kernels::product::Multiplier;
+use crate::matrix::Matrix;
+use rayon::prelude::*;
+
+/// Skies of the year, columns hours.
+#[derive(Debug, Clone)]
+pub struct Skies {
+    /// S.
+    pub whole: Matrix<f32>,
+    /// Sds, the sun's share of S, if suns are traced and there is any.
+    pub sun: Option<Matrix<f32>>,
+}
+
+/// D and Dd of every window, in the order of V's columns.
+#[derive(Clone, Copy)]
+pub struct Daylight<'a> {
+    /// D.
+    pub total: &'a [Matrix<f32>],
+    /// Dd.
+    pub direct: &'a [Matrix<f32>],
+}
+
+/// What the windows send into the room: the right factor of the formula.
+#[derive(Debug, Clone)]
+pub struct Light {
+    /// X, and below it X − Xsun where suns are traced: `[bin][hour]`, RGB, columns the lit hours.
+    pub right: Matrix<f32>,
+    /// Bins of all windows.
+    pub bins: usize,
+    /// Numbers of the lit hours in the year, rising.
+    pub hours: Vec<usize>,
+    /// Hours of the year, dark ones too.
+    pub all_hours: usize,
+}
+
+impl Light {
+    /// Light through windows of these transmissions (one state of the façade).
+    ///
+    /// # Errors
+    /// Matrices of different skies, and failures of the multiplier's device.
+    pub fn new(
+        inputs: &Inputs,
+        multiplier: &dyn Multiplier,
+        transmissions: &[&Matrix<f64>],
+        daylight: Daylight<'_>,
+        skies: &Skies,
+    ) -> Result<Self> {
+        let hours = lit_columns(&skies.whole);
+        let times = |daylight: &[Matrix<f32>], counts: &dyn Fn(&ProjectWindow) -> bool, sky: &Matrix<f32>| {
+            let transmitted = transmitted(inputs, transmissions, daylight, counts)?.map(|v| v as f32);
+            let sky = Factor { name: "S".into(), matrix: select_columns(sky, &hours) };
+            product(multiplier, vec![Factor { name: "T·D".into(), matrix: transmitted }, sky], None)
+        };
+        let all = times(daylight.total, &|_| true, &skies.whole)?;
+        let bins = all.rows();
+        let sun = skies.sun.as_ref().filter(|_| inputs.windows.iter().any(ProjectWindow::is_sunny));
+        let right = match sun {
+            None => all,
+            Some(sun) => without_sun(all, &times(daylight.direct, &ProjectWindow::is_sunny, sun)?, inputs.differences()),
+        };
+        Ok(Self { right, bins, hours, all_hours: skies.whole.cols() })
+    }
+
+    /// Whether the sun's patches are taken out: then it belongs to `[V − Vd | Vd]`, else to V.
+    pub fn is_split(&self) -> bool {
+        self.right.rows() == 2 * self.bins
+    }
+
+    /// The right factor of these hours of the year, dark ones too.
+    pub fn of_hours(&self, hours: &[usize]) -> Matrix<f32> {
+        let mut all = Matrix::zeros(self.right.rows(), hours.len(), 3);
+        for (column, hour) in hours.iter().enumerate() {
+            if let Ok(lit) = self.hours.binary_search(hour) {
+                for row in 0..self.right.rows() {
+                    all.at_mut(row, column).copy_from_slice(self.right.at(row, lit));
+                }
+            }
+        }
+        all
+    }
+
+    /// Values of the lit hours as those of all hours, dark ones 0.
+    pub fn over_the_year(&self, lit: &Matrix<f32>) -> Matrix<f32> {
+        let mut all = Matrix::zeros(lit.rows(), self.all_hours, lit.components());
+        for row in 0..lit.rows() {
+            for (column, &hour) in self.hours.iter().enumerate() {
+                all.at_mut(row, hour).copy_from_slice(lit.at(row, column));
+            }
+        }
+        all
+    }
+
+    /// The left factor that belongs to it: `[V − Vd | Vd]`, or V.
+    pub fn receivers(&self, total: &Matrix<f32>, direct: &Matrix<f32>, differences: Differences) -> Matrix<f32> {
+        if self.is_split() { split_rows(total, direct, differences) } else { total.clone() }
+    }
+}
+
+/// `[X ; X − Xsun]`.
+///
+/// # Panics
+/// If their shapes differ.
+pub fn without_sun(all: Matrix<f32>, sun: &Matrix<f32>, differences: Differences) -> Matrix<f32> {
+    assert_eq!((all.rows(), all.cols()), (sun.rows(), sun.cols()), "light of the same bins and hours");
+    let (rows, cols) = (all.rows(), all.cols());
+    let mut data = all.into_data();
+    let rest: Vec<f32> = data.par_iter().zip(sun.data()).map(|(all, sun)| differences.of(*all, *sun)).collect();
+    data.extend(rest);
+    Matrix::from_data(2 * rows, cols, 3, data).expect("twice the rows")
+}
+
+/// `[V − Vd | Vd]`.
+///
+/// # Panics
+/// If their shapes differ.
+pub fn split_rows(total: &Matrix<f32>, direct: &Matrix<f32>, differences: Differences) -> Matrix<f32> {
+    assert_eq!((total.rows(), total.cols()), (direct.rows(), direct.cols()), "view matrices of the same receivers");
+    let mut data = Vec::with_capacity(2 * total.data().len());
+    for row in 0..total.rows() {
+        data.extend(total.row(row).iter().zip(direct.row(row)).map(|(t, d)| differences.of(*t, *d)));
+        data.extend_from_slice(direct.row(row));
+    }
+    Matrix::from_data(total.rows(), 2 * total.cols(), 3, data).expect("twice the columns")
+}
+
+/// T·D of the windows that count, zeros for all others: rows as V's columns, columns patches.
+///
+/// # Errors
+/// Matrices of different skies.
+pub fn transmitted(
+    inputs: &Inputs,
+    transmissions: &[&Matrix<f64>],
+    daylight: &[Matrix<f32>],
+    counts: &dyn Fn(&ProjectWindow) -> bool,
+) -> Result<Matrix<f64>> {
+    let columns = daylight.first().map_or(0, Matrix::cols);
+    let mut data = Vec::new();
+    for ((window, transmission), d) in inputs.windows.iter().zip(transmissions).zip(daylight) {
+        if counts(window) {
+            data.extend(multiply(transmission, d).into_data());
+        } else {
+            data.resize(data.len() + window.window.basis.len() * columns * 3, 0.0);
+        }
+    }
+    Matrix::from_data(inputs.bins(), columns, 3, data)
+}
+
+/// Product of two matrices of equal components, component by component, summed in f64.
+///
+/// # Panics
+/// If the shapes do not fit.
+pub fn multiply<A: Copy + Default + Into<f64> + Sync, B: Copy + Default + Into<f64> + Sync>(a: &Matrix<A>, b: &Matrix<B>) -> Matrix<f64> {
+    assert_eq!((a.cols(), a.components()), (b.rows(), b.components()), "matrices that do not fit");
+    let components = a.components();
+    let mut product = Matrix::<f64>::zeros(a.rows(), b.cols(), components);
+    let width = b.cols() * components;
+    if width == 0 {
+        return product;
+    }
+    product.data_mut().par_chunks_mut(width).enumerate().for_each(|(i, row)| {
+        for k in 0..a.cols() {
+            let factors = a.at(i, k);
+            if factors.iter().all(|&f| f.into() == 0.0) {
+                continue;
+            }
+            for (to, from) in row.chunks_exact_mut(components).zip(b.row(k).chunks_exact(components)) {
+                for c in 0..components {
+                    to[c] += factors[c].into() * from[c].into();
+                }
+            }
+        }
+    });
+    product
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_are_sums_of_products_per_component() {
+        let a = Matrix::from_data(2, 2, 3, vec![1., 10., 100., 2., 20., 200., 0., 0., 0., 3., 30., 300.]).unwrap();
+        let b = Matrix::<f32>::from_data(2, 1, 3, vec![5., 5., 5., 7., 7., 7.]).unwrap();
+        let p: Matrix<f64> = multiply::<f64, f32>(&a, &b);
+        assert_eq!(p.data(), [19., 190., 1900., 21., 210., 2100.]);
+    }
+
+    #[test]
+    fn split_factors_give_the_formula() {
+        let m = |rows, cols, v: &[f32]| Matrix::from_data(rows, cols, 3, v.iter().flat_map(|v| [*v; 3]).collect()).unwrap();
+        let (v, vd) = (m(1, 2, &[3.0, 5.0]), m(1, 2, &[1.0, 2.0]));
+        let (x, xsun) = (m(2, 1, &[10.0, 20.0]), m(2, 1, &[4.0, 0.0]));
+        let left = split_rows(&v, &vd, Differences::NeverNegative);
+        let right = without_sun(x, &xsun, Differences::NeverNegative);
+        // V·X − Vd·Xsun
+        assert_eq!(multiply(&left, &right).data(), [3.0 * 10.0 + 5.0 * 20.0 - 4.0; 3]);
+        // Noise of matrices made apart is kept, so that its mean is right.
+        let (less, none) = (m(1, 1, &[1.0]), m(1, 1, &[0.0]));
+        assert_eq!(split_rows(&none, &less, Differences::Noisy).at(0, 0), [-1.0; 3]);
+        assert_eq!(split_rows(&none, &less, Differences::NeverNegative).at(0, 0), [0.0; 3]);
+    }
+}

@@ -1,0 +1,54 @@
+//! S, and the sun's share of it.
+
+use crate::error::Result;
+use crate::matrix::Matrix;
+use crate::simulate::context::{Context, Ledger};
+use crate::simulate::store::fingerprint::Fingerprint;
+use crate::sky::{SkyOptions, sky_matrix};
+use std::time::Instant;
+
+fn options(context: &Context<'_>) -> SkyOptions {
+    SkyOptions { subdivision: context.project.method.sky.subdivision(), ..SkyOptions::default() }
+}
+
+/// S `[patch][hour]`, the ground first; an earlier run's if its inputs are the same.
+///
+/// # Errors
+/// Weather whose sky cannot be computed, failures of the file system, or when stopped.
+pub fn sky(context: &Context<'_>, ledger: &mut Ledger) -> Result<Matrix<f32>> {
+    let clock = Instant::now();
+    context.check_stop()?;
+    let options = options(context);
+    let weather = &context.inputs.weather;
+    let inputs = *Fingerprint::new("S").add(weather).add(&options);
+    let shape = (context.project.method.sky.len(), weather.records.len(), 3);
+    let kept = context.store.load("S", inputs, shape);
+    let reused = kept.is_some();
+    let sky = match kept {
+        Some(sky) => sky,
+        None => {
+            let sky = sky_matrix(weather, &options, context.progress)?;
+            context.store.save("S", &sky, inputs, "sky matrix, rows patches, columns hours")?;
+            sky
+        }
+    };
+    ledger.note("S", [sky.rows(), sky.cols()], reused, clock.elapsed().as_secs_f64(), 0);
+    Ok(sky)
+}
+
+/// Sds `[patch][hour]`: the sun's share of S, as `gendaymtx -d`.
+///
+/// # Errors
+/// As [`sky`].
+pub fn sun_alone(context: &Context<'_>) -> Result<Matrix<f32>> {
+    let options = SkyOptions { sky: false, ..options(context) };
+    let weather = &context.inputs.weather;
+    let inputs = *Fingerprint::new("Sds").add(weather).add(&options);
+    let shape = (context.project.method.sky.len(), weather.records.len(), 3);
+    if let Some(kept) = context.store.load("Sds", inputs, shape) {
+        return Ok(kept);
+    }
+    let sun = sky_matrix(weather, &options, context.progress)?;
+    context.store.save("Sds", &sun, inputs, "sky matrix of the sun alone, as gendaymtx -d, rows patches, columns hours")?;
+    Ok(sun)
+}

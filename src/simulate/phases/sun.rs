@@ -1,0 +1,114 @@
+//! Cds: the sun matrix of sensors.
+
+use crate::error::{Error, Result};
+use crate::kernels::sun_matrix::geometry::{Openings, SunMatrix, compute};
+use crate::kernels::sun_matrix::pane;
+use crate::kernels::trace::TraceStatistics;
+use crate::matrix::Matrix;
+use crate::scene::points::Sensor;
+use crate::simulate::context::Context;
+use crate::simulate::inputs::shade::black_model;
+use crate::simulate::inputs::suns::SunSet;
+use crate::simulate::inputs::{SensorGroup, import, split};
+use crate::simulate::plan::presets::{pane_options, sun_options};
+use crate::simulate::project::Project;
+use crate::simulate::store::fingerprint::Fingerprint;
+
+/// Sun matrix of these sensors, kept per group as `C_GROUP`, or that of an earlier run, and whether
+/// it was traced now.
+///
+/// # Errors
+/// Failures of device and file system, or when stopped.
+pub fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet) -> Result<(SunMatrix, bool)> {
+    let (project, inputs) = (context.project, context.inputs);
+    let mut fingerprint = context.scene_fingerprint("C");
+    let shaded = inputs.shaded_windows();
+    let panes = inputs.pane_windows();
+    let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
+    let options = sun_options(project);
+    fingerprint.add(&sensors).add(&options).add(&suns.suns);
+    for (window, corners) in &shaded {
+        fingerprint.add(&(&window.triangles, &window.frame)).add(corners);
+    }
+    for (window, _) in &panes {
+        fingerprint.add(&(&window.triangles, &window.frame)).add(&pane_options(project));
+    }
+    add_scattering_data(project, &mut fingerprint)?;
+    for shade in inputs.shades() {
+        fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
+    }
+    let files = groups.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
+    if let Some(given) = import::sun_matrices(files, suns)? {
+        keep(context, &given, groups, *Fingerprint::new("C imported").add(&given.total.data()))?;
+        write_suns(context, suns)?;
+        return Ok((given, false));
+    }
+    if let Some(matrix) = kept(context, fingerprint, groups, suns.suns.len()) {
+        return Ok((matrix, false));
+    }
+    let scene = black_model(&inputs.scene, inputs.shades());
+    let mut matrix = if shaded.is_empty() {
+        SunMatrix::zeros(sensors.len(), suns.suns.len())
+    } else {
+        compute(context.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, context.progress)?
+    };
+    if !panes.is_empty() && !suns.suns.is_empty() && !sensors.is_empty() {
+        let through = pane::compute(context.device, &scene, &panes, &sensors, &suns.suns, &pane_options(project), context.progress)?;
+        matrix.add(&through.total, &through.standard_error, through.statistics);
+    }
+    keep(context, &matrix, groups, fingerprint)?;
+    Ok((matrix, true))
+}
+
+/// Endings of the files of a sun matrix.
+const PARTS: [&str; 4] = ["", "_direct", "_direct_standard_error", "_scattered_standard_error"];
+
+fn keep(context: &Context<'_>, matrix: &SunMatrix, groups: &[SensorGroup], inputs: Fingerprint) -> Result<()> {
+    let all = [&matrix.total, &matrix.direct, &matrix.direct_error, &matrix.scattered_error];
+    for (suffix, part) in PARTS.iter().zip(all) {
+        for (group, rows) in groups.iter().zip(split(part, groups)) {
+            let about = "sun matrix, rows sensors, columns the suns of suns.rad";
+            context.store.save(&format!("C_{}{suffix}", group.name), &rows, inputs, about)?;
+        }
+    }
+    Ok(())
+}
+
+fn kept(context: &Context<'_>, inputs: Fingerprint, groups: &[SensorGroup], suns: usize) -> Option<SunMatrix> {
+    let together = |suffix: &str| {
+        let (mut data, mut rows) = (Vec::new(), 0);
+        for group in groups {
+            let part = context.store.load(&format!("C_{}{suffix}", group.name), inputs, (group.sensors.len(), suns, 3))?;
+            rows += part.rows();
+            data.extend(part.into_data());
+        }
+        Matrix::from_data(rows, suns, 3, data).ok()
+    };
+    let [total, direct, direct_error, scattered_error] = PARTS.map(together);
+    let statistics = TraceStatistics::default();
+    Some(SunMatrix { total: total?, direct: direct?, direct_error: direct_error?, scattered_error: scattered_error?, statistics })
+}
+
+/// The suns in the order of Cds's columns, as a scene file for `rcontrib -M`.
+pub fn write_suns(context: &Context<'_>, suns: &SunSet) -> Result<()> {
+    let path = context.store.suns_path();
+    crate::files::write_atomically(&path, |out| {
+        for (column, sun) in suns.columns.iter().zip(&suns.suns) {
+            let (d, angle) = (sun.direction, 2.0 * sun.radius.to_degrees());
+            writeln!(out, "void light sol{column} 0 0 3 1 1 1\nsol{column} source sun{column} 0 0 4 {} {} {} {angle}", d.x, d.y, d.z)
+                .map_err(|e| Error::io(&path, &e))?;
+        }
+        Ok(())
+    })
+}
+
+/// Adds the files of scattering data that suns are traced through.
+///
+/// # Errors
+/// A file that cannot be read any more.
+pub fn add_scattering_data(project: &Project, fingerprint: &mut Fingerprint) -> Result<()> {
+    for file in project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
+        fingerprint.add(&crate::files::read(file)?);
+    }
+    Ok(())
+}

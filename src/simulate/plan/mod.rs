@@ -1,0 +1,362 @@
+//! What a run will model, what it leaves out because the scene does not need it, and what it costs:
+//! `lucarne plan`. Nothing is traced and no device is needed.
+
+pub mod glazing;
+pub mod presets;
+
+use self::presets::{daylight_options, image_options, rounds, sun_options, view_options};
+use crate::error::Result;
+use crate::kernels::daylight_matrix::unobstructed;
+use crate::kernels::trace::{TraceTables, WindowSurfaces};
+use crate::scene::Window;
+use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::suns::{SunCensus, SunSet};
+use crate::simulate::project::Project;
+use crate::simulate::project::views::ImageHours;
+use crate::sky::{SkyOptions, sky_columns};
+use serde::Serialize;
+use std::fmt;
+
+/// Rays per second of Mesa's llvmpipe on two cores of 2020, as the runs of the shipped scenes report
+/// them: the slowest device that is likely to be met.
+const SLOW_RAYS_PER_SECOND: f64 = 0.6e6;
+/// Bytes of an RGB value.
+const RGB: usize = 12;
+/// Diffuse reflections of an average path before Russian roulette ends it, rooms of reflectance 0.5.
+const MEAN_VERTICES: f64 = 3.0;
+
+/// A phase with its size and cost.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhasePlan {
+    /// `V`, `D`, `Cds`, `S` with the name of what it belongs to.
+    pub name: String,
+    /// Rows and what they are.
+    pub rows: (usize, &'static str),
+    /// Columns and what they are.
+    pub columns: (usize, &'static str),
+    /// Of the matrix, bytes.
+    pub bytes: usize,
+    /// Rays, roughly.
+    pub rays: f64,
+    /// Seconds on a slow device (software Vulkan on two cores), roughly.
+    pub slow_seconds: f64,
+}
+
+/// Something that is not computed, and why that changes nothing.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Omission {
+    /// What.
+    pub what: String,
+    /// Why it may be left out.
+    pub because: String,
+    /// What that saves, roughly.
+    pub saves: String,
+    /// How far results may differ by it: "nothing" where it is exact.
+    pub changes: String,
+}
+
+/// The plan of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunPlan {
+    /// 2, 3 or 5.
+    pub phases: u32,
+    /// Why.
+    pub phases_because: String,
+    /// What `[quality]` asks for.
+    pub preset: String,
+    /// Reinhart subdivision of the sky.
+    pub sky_subdivision: usize,
+    /// Whether it was left to the glazing.
+    pub sky_follows_glazing: bool,
+    /// Time steps.
+    pub hours: usize,
+    /// Time steps that are not night.
+    pub lit_hours: usize,
+    /// What is modelled, one line per item.
+    pub model: Vec<String>,
+    /// Suns of five phases.
+    pub suns: Option<SunCensus>,
+    /// Phases in the order of their computation.
+    pub costs: Vec<PhasePlan>,
+    /// What is left out.
+    pub omissions: Vec<Omission>,
+    /// What is modelled though this project alone would not need it, and why.
+    pub kept: Vec<String>,
+}
+
+/// Makes the plan of a project.
+///
+/// # Errors
+/// Views that cannot be read, hours that the weather does not have.
+pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
+    let choice = project.method.choice(&project.windows);
+    let columns = sky_columns(&inputs.weather, &SkyOptions::default())?;
+    let lit_hours = columns.iter().filter(|c| !c.black).count();
+    let windows: Vec<Window> = inputs.windows.iter().map(|w| w.window.clone()).collect();
+    let suns = (choice.phases == 5)
+        .then(|| SunSet::new(&inputs.weather, project.method.suns, &inputs.sunny_windows()))
+        .transpose()?
+        .map(|s| s.census);
+    let mut plan = RunPlan {
+        phases: choice.phases,
+        phases_because: choice.why.to_string(),
+        preset: project.quality.name(),
+        sky_subdivision: project.method.sky.subdivision(),
+        sky_follows_glazing: project.method.sky_follows_glazing,
+        hours: inputs.weather.records.len(),
+        lit_hours,
+        model: model(inputs),
+        costs: costs(project, inputs, suns.as_ref(), lit_hours)?,
+        suns,
+        omissions: Vec::new(),
+        kept: kept(inputs),
+    };
+    plan.omissions = omissions(&plan, project, inputs, &windows)?;
+    Ok(plan)
+}
+
+fn model(inputs: &Inputs) -> Vec<String> {
+    let scene = &inputs.scene;
+    let mut lines = vec![format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len())];
+    for window in &inputs.windows {
+        let shade = match (&window.shade, &window.pane) {
+            (Some(shade), _) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
+            (None, Some(_)) => "the sun through its scattering data".to_string(),
+            (None, None) => "the sun in patches of the sky, by its BSDF".to_string(),
+        };
+        lines.push(format!("window {}: {:.2} m², {} bins, {shade}", window.name, window.window.area(), window.window.basis.len()));
+    }
+    for group in &inputs.sensors {
+        lines.push(format!("sensors {}: {}", group.name, group.sensors.len()));
+    }
+    lines
+}
+
+fn phase(name: String, rows: (usize, &'static str), columns: (usize, &'static str), rays: f64) -> PhasePlan {
+    PhasePlan { name, rows, columns, bytes: rows.0 * columns.0 * RGB, rays, slow_seconds: rays / SLOW_RAYS_PER_SECOND }
+}
+
+/// Rays of D of a window, if it is traced.
+fn daylight_rays(project: &Project, inputs: &Inputs, window: usize) -> f64 {
+    let o = daylight_options(project, window, 0);
+    let bins = inputs.windows[window].window.basis.len();
+    f64::from(rounds(project)) * f64::from(o.batches) * f64::from(o.paths) * bins as f64 * 1.5
+}
+
+fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunCensus>, lit_hours: usize) -> Result<Vec<PhasePlan>> {
+    let rounds = f64::from(rounds(project));
+    let bins = inputs.bins();
+    let mut all = vec![phase("S".into(), (project.method.sky.len(), "patches"), (inputs.weather.records.len(), "hours"), 0.0)];
+    let count: usize = inputs.sensors.iter().map(|g| g.sensors.len()).sum();
+    if count > 0 {
+        let o = view_options(project, 0);
+        let vertices = o.bounces.map_or(MEAN_VERTICES, |b| f64::from(b.saturating_sub(1)).min(MEAN_VERTICES));
+        let per_sensor =
+            f64::from(o.direct_samples) + bins as f64 * f64::from(o.visibility_rays) * vertices + f64::from(o.near_samples) * 2.0;
+        let shared = bins as f64 * f64::from(o.light_paths) * vertices;
+        let rays = rounds * f64::from(o.batches) * (count as f64 * per_sensor + shared);
+        all.push(phase("V of sensors".into(), (count, "sensors"), (bins, "bins"), rays));
+    }
+    for (i, window) in inputs.windows.iter().enumerate() {
+        let own = window.window.basis.len();
+        let known = project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window);
+        let rays = if known { 0.0 } else { daylight_rays(project, inputs, i) };
+        all.push(phase(format!("D of {}", window.name), (own, "bins"), (project.method.sky.len(), "patches"), rays));
+    }
+    if let Some(suns) = suns
+        && count > 0
+    {
+        let o = sun_options(project);
+        // A part of the pairs is seen through a window; every other vertex faces a given sun.
+        let pairs = (count * suns.needed) as f64 * f64::from(o.batches);
+        let rays = pairs * (0.2 * f64::from(o.disc_samples) + 0.5 * f64::from(o.paths));
+        all.push(phase("Cds of sensors".into(), (count, "sensors"), (suns.needed, "suns"), rays));
+    }
+    for view in &project.views {
+        let o = image_options(project);
+        let pixels = view.raster()?.len();
+        let vertices = o.bounces.map_or(MEAN_VERTICES, |b| f64::from(b.saturating_sub(1)).min(MEAN_VERTICES));
+        let samples = f64::from(o.window_samples.div_ceil(o.traced_every))
+            + f64::from(o.visibility_rays) * vertices
+            + f64::from(o.near_samples) * 2.0;
+        let rays = pixels as f64 * (f64::from(o.subpixels) + f64::from(o.batches) * samples);
+        all.push(phase(format!("V of {}", view.name), (pixels, "pixels"), (bins, "bins"), rays));
+        let pictures = match &project.images.hours {
+            ImageHours::None => 0,
+            ImageHours::Daylight => lit_hours,
+            ImageHours::Chosen(hours) => hours.len(),
+        };
+        if pictures > 0 {
+            all.push(phase(format!("pictures of {}", view.name), (pixels, "pixels"), (pictures, "hours"), 0.0));
+        }
+    }
+    Ok(all)
+}
+
+fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Window]) -> Result<Vec<Omission>> {
+    let mut all = Vec::new();
+    let mut leave = |what: String, because: &str, saves: String, changes: &str| {
+        all.push(Omission { what, because: because.to_string(), saves, changes: changes.to_string() });
+    };
+    const EXACT: &str = "nothing";
+    let share = |part: usize, of: usize| format!("{:.0} %", 100.0 * part as f64 / of.max(1) as f64);
+    if let Some(suns) = &plan.suns {
+        let per_sun = plan.costs.iter().find(|p| p.name.starts_with("Cds")).map_or(0.0, |p| p.rays / suns.needed.max(1) as f64);
+        if suns.never > 0 {
+            leave(
+                format!("{} of {} suns", suns.never, suns.all),
+                "no hour of the weather has its sun there",
+                format!("{} rays", rays(suns.never as f64 * per_sun)),
+                EXACT,
+            );
+        }
+        if suns.behind_windows > 0 {
+            leave(
+                format!("{} suns, in {} hours", suns.behind_windows, suns.hours_behind_windows),
+                "they stand behind every shaded window: no light of theirs comes in straight",
+                format!("{} rays", rays(suns.behind_windows as f64 * per_sun)),
+                "the suns' noise alone (they get other random numbers)",
+            );
+        }
+        if suns.hours_without > 0 {
+            leave(format!("suns of {} hours", suns.hours_without), "night, or clouds before the sun", "their products".into(), EXACT);
+        }
+        if suns.hours_below_horizon > 0 && suns.scheme.starts_with("hourly") {
+            leave(
+                format!("suns of {} hours", suns.hours_below_horizon),
+                "the sun is below the horizon although the weather has direct light",
+                "their products".into(),
+                "less than the light of a sun that has set",
+            );
+        }
+        if inputs.windows.iter().all(|w| w.pane.is_none()) {
+            leave("scattering data in rays to suns".into(), "no window has a tensor tree", "its kernels".into(), EXACT);
+        }
+    } else {
+        leave(
+            "all suns".into(),
+            "no sharp patches of sun are asked for: the sky's patches hold the sun",
+            "Cds, Vd and Dd".into(),
+            "the method is three-phase by choice: sun is spread over patches",
+        );
+    }
+    let night = plan.hours - plan.lit_hours;
+    if night > 0 {
+        let what = format!("sky and pictures of {night} hours");
+        leave(what, "night: they are zero", format!("{} of the products", share(night, plan.hours)), EXACT);
+    }
+    for (i, window) in inputs.windows.iter().enumerate().filter(|(_, w)| unobstructed::nothing_before(&inputs.scene, &w.window)) {
+        leave(
+            format!("rays of D of {}", window.name),
+            "nothing stands before it: a quadrature gives the sky's shares of its bins",
+            format!("{} rays, and D's noise", rays(daylight_rays(project, inputs, i))),
+            "entries by 2e-4 of their row's sum at most",
+        );
+    }
+    for view in &project.views {
+        let raster = view.raster()?;
+        let outside = (0..raster.len()).filter(|p| !raster.is_seen(p % raster.width(), p / raster.width())).count();
+        if outside > 0 {
+            let what = format!("{outside} of {} pixels of {}", raster.len(), view.name);
+            leave(what, "they are outside the view", format!("{} of its rays", share(outside, raster.len())), EXACT);
+        }
+    }
+    let features = TraceTables::new(&inputs.scene, windows, WindowSurfaces::Absorb)?.features;
+    if features.grey {
+        leave("two of three channels of D".into(), "the scene is grey: they are equal", "two thirds of D's sums".into(), EXACT);
+    }
+    if !features.glass {
+        let because = "the scene has no glass: the first surface met ends a ray";
+        leave("panes, in the rays of V".into(), because, "the shaders' loops through panes".into(), EXACT);
+    }
+    if !features.specular && !features.glass {
+        leave("paths to mirrors".into(), "nothing reflects or transmits other than diffusely", "paths that find none".into(), EXACT);
+    }
+    let panes = inputs.shades().any(|s| s.scene.materials.iter().any(|m| matches!(m.kind, crate::scene::MaterialKind::Glass { .. })));
+    if plan.phases == 5 && !panes && !features.glass {
+        let because = "neither scene nor shades have glass";
+        leave("panes, in the rays to suns".into(), because, "the shaders' loops through panes".into(), EXACT);
+    }
+    Ok(all)
+}
+
+/// Bins that T leaves dark are traced all the same.
+fn kept(inputs: &Inputs) -> Vec<String> {
+    let mut lines = Vec::new();
+    for window in &inputs.windows {
+        let t = &window.transmission;
+        let transmits = |bin: &usize| (0..t.rows()).any(|out| t.at(out, *bin).iter().any(|v| *v != 0.0));
+        let dark = t.cols() - (0..t.cols()).filter(transmits).count();
+        if dark > 0 {
+            lines.push(format!(
+                "{dark} of {} incident bins of {}, though its BSDF lets none of their light through: D serves other BSDFs too",
+                t.cols(),
+                window.name
+            ));
+        }
+    }
+    lines
+}
+
+fn bytes(n: usize) -> String {
+    match n {
+        0..1_000_000 => format!("{} kB", n.div_ceil(1000)),
+        1_000_000..1_000_000_000 => format!("{:.0} MB", n as f64 / 1e6),
+        _ => format!("{:.1} GB", n as f64 / 1e9),
+    }
+}
+
+fn rays(n: f64) -> String {
+    match n {
+        0.0 => "none".into(),
+        n if n < 1e6 => format!("{:.0} thousand", n / 1e3),
+        n if n < 1e9 => format!("{:.0} million", n / 1e6),
+        n => format!("{:.1} billion", n / 1e9),
+    }
+}
+
+impl fmt::Display for RunPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let method = match self.phases {
+            2 => "two phases, I = DC·S with DC = V·T·D",
+            5 => "five phases, I = V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun",
+            _ => "three phases, I = V·T·D·S",
+        };
+        writeln!(f, "{method}\n  {}", self.phases_because)?;
+        writeln!(
+            f,
+            "  sky MF:{}{}, {} hours of which {} have light, quality {}",
+            self.sky_subdivision,
+            if self.sky_follows_glazing { " (as the glazing asks)" } else { "" },
+            self.hours,
+            self.lit_hours,
+            self.preset
+        )?;
+        writeln!(f, "\nWhat is modelled")?;
+        for line in &self.model {
+            writeln!(f, "  {line}")?;
+        }
+        if let Some(s) = &self.suns {
+            writeln!(f, "  suns {}: {} of {} are traced, for {} hours", s.scheme, s.needed, s.all, s.hours - s.hours_behind_windows)?;
+        }
+        writeln!(f, "\nWhat is left out")?;
+        for omission in &self.omissions {
+            writeln!(f, "  {}: {}", omission.what, omission.because)?;
+            writeln!(f, "      saves {}; changes {}", omission.saves, omission.changes)?;
+        }
+        if !self.kept.is_empty() {
+            writeln!(f, "\nWhat is modelled all the same")?;
+            for line in &self.kept {
+                writeln!(f, "  {line}")?;
+            }
+        }
+        writeln!(f, "\n{:<22} {:>24} {:>9} {:>15} {:>12}", "Phase", "size", "memory", "rays, about", "slow device")?;
+        for p in &self.costs {
+            let size = format!("{} {} x {} {}", p.rows.0, p.rows.1, p.columns.0, p.columns.1);
+            let seconds = if p.rays > 0.0 { format!("{:.0} s", p.slow_seconds.max(1.0)) } else { String::new() };
+            writeln!(f, "{:<22} {size:>24} {:>9} {:>15} {seconds:>12}", p.name, bytes(p.bytes), rays(p.rays))?;
+        }
+        let total: f64 = self.costs.iter().map(|p| p.slow_seconds).sum();
+        write!(f, "Slow: software Vulkan on two cores, about {total:.0} s in all; a discrete GPU traces some hundred times as fast.")
+    }
+}

@@ -1,0 +1,74 @@
+//! Keys that name matrices and pictures made elsewhere, in place of those that a run would trace.
+
+use super::table::Table;
+use crate::error::Result;
+use crate::image::series::Pattern;
+use std::path::PathBuf;
+
+/// Files of a matrix and of its straight part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImportSection {
+    /// The whole.
+    pub total: PathBuf,
+    /// Its straight part; five phases need it.
+    pub direct: Option<PathBuf>,
+}
+
+impl ImportSection {
+    /// The section's keys for the whole and for its straight part.
+    ///
+    /// # Errors
+    /// Values that are no files; a straight part alone.
+    pub(in crate::simulate::project) fn read(
+        table: &mut Table<'_, '_>,
+        whole: &'static str,
+        straight: &'static str,
+    ) -> Result<Option<Self>> {
+        let (total, direct) = (table.path(whole)?, table.path(straight)?);
+        match (total, direct) {
+            (None, Some(_)) => Err(table
+                .error(straight, format!("'{straight}' is part of a matrix '{whole}', which is not given"))
+                .help("give both, or neither: they are then traced together")),
+            (total, direct) => Ok(total.map(|total| Self { total, direct })),
+        }
+    }
+}
+
+/// Pictures made elsewhere.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct GivenPictures {
+    /// V.
+    pub view: Option<Pattern>,
+    /// Vd.
+    pub view_direct: Option<Pattern>,
+    /// C.
+    pub sun: Option<Pattern>,
+}
+
+impl GivenPictures {
+    /// The keys of a `[[view]]`.
+    pub(in crate::simulate::project) fn read(table: &mut Table<'_, '_>) -> Result<Self> {
+        let given = Self { view: table.pattern("view")?, view_direct: table.pattern("view_direct")?, sun: table.pattern("sun")? };
+        if given.view.is_none() && given.view_direct.is_some() {
+            return Err(table
+                .error("view_direct", "'view_direct' is part of pictures 'view', which are not given")
+                .help("give both, or neither: they are then traced together"));
+        }
+        Ok(given)
+    }
+
+    /// Five phases need the straight parts too, and only they need suns.
+    pub(in crate::simulate::project) fn check(&self, top: &Table<'_, '_>, name: &str, phases: u32) -> Result<()> {
+        if phases == 5 && self.view.is_some() && self.view_direct.is_none() {
+            return Err(top
+                .error("view", format!("'{name}' has pictures 'view' without their straight part, which five phases subtract"))
+                .help("add view_direct = \"vd%03d.hdr\""));
+        }
+        if phases != 5 && self.sun.is_some() {
+            return Err(top
+                .error("view", format!("'{name}' has pictures of suns, which only five phases use"))
+                .help("write phases = 5 and give the window a shade or tensor_tree, or take 'sun' out"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,432 @@
+//! Reading TOML tables so that every complaint names the file, the line and the key, and a
+//! misspelt key is answered with the one that was probably meant.
+
+use crate::error::{Error, Result};
+use crate::image::series::Pattern;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+/// A whole TOML file as text, kept for line numbers.
+pub struct Document<'a> {
+    file: &'a Path,
+    text: &'a str,
+}
+
+impl<'a> Document<'a> {
+    /// A document around its text; `file` is named in errors and is what paths are relative to.
+    pub fn new(file: &'a Path, text: &'a str) -> Self {
+        Self { file, text }
+    }
+
+    /// Parses the text into its top table.
+    ///
+    /// # Errors
+    /// If it is not TOML.
+    pub fn parse(&self) -> Result<DeTable<'a>> {
+        DeTable::parse(self.text).map(Spanned::into_inner).map_err(|e| {
+            self.error_at(e.span().map_or(0, |s| s.start), e.message().trim().replace('\n', " "))
+                .help("see https://toml.io for how such files are written")
+        })
+    }
+
+    fn error_at(&self, offset: usize, message: impl Into<String>) -> Error {
+        let end = offset.min(self.text.len());
+        let line = 1 + self.text.as_bytes()[..end].iter().filter(|&&b| b == b'\n').count();
+        Error::new(message).file(self.file).line(line)
+    }
+}
+
+/// One table being read. Every key that is asked for is remembered as known; [`finish`](Self::finish)
+/// refuses the rest. So the list of keys stands nowhere but in the code that reads them.
+pub struct Table<'d, 'a> {
+    document: &'d Document<'a>,
+    /// `weather`, `window 2`, … for messages; empty for the top.
+    name: String,
+    entries: &'d DeTable<'a>,
+    /// Where the table starts, for complaints about what it lacks.
+    offset: usize,
+    known: Vec<&'static str>,
+}
+
+impl<'d, 'a> Table<'d, 'a> {
+    /// The top table of a document.
+    pub fn top(document: &'d Document<'a>, entries: &'d DeTable<'a>) -> Self {
+        Self { document, name: String::new(), entries, offset: 0, known: Vec::new() }
+    }
+
+    fn get(&mut self, key: &'static str) -> Option<&'d Spanned<DeValue<'a>>> {
+        if !self.known.contains(&key) {
+            self.known.push(key);
+        }
+        self.entries.get(key)
+    }
+
+    fn field(&self, key: &str) -> String {
+        if self.name.is_empty() { key.to_string() } else { format!("{}.{key}", self.name) }
+    }
+
+    /// An error about the value of a key, with its place.
+    pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
+        let offset = self.entries.get(key).map_or(self.offset, |v| v.span().start);
+        self.document.error_at(offset, message).field(self.field(key))
+    }
+
+    fn wrong_type(&self, key: &str, value: &DeValue<'_>, wanted: &str) -> Error {
+        self.error(key, format!("this is {}, not {wanted}", kind(value)))
+    }
+
+    fn missing(&self, key: &'static str, help: &str) -> Error {
+        // A misspelt key looks like a missing one; the slip is what the user wants to hear of.
+        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), &[key]).is_some());
+        if let Some(slip) = slip {
+            return self.unknown(slip, &[key]);
+        }
+        let place = if self.name.is_empty() { "the project".to_string() } else { format!("[{}]", self.name) };
+        self.document.error_at(self.offset, format!("{place} has no '{key}'")).help(help)
+    }
+
+    /// A text.
+    pub fn string(&mut self, key: &'static str) -> Result<Option<String>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(DeValue::String(s)) if s.trim().is_empty() => Err(self.error(key, "this text is empty")),
+            Some(DeValue::String(s)) => Ok(Some(s.to_string())),
+            Some(other) => Err(self.wrong_type(key, other, "a text in quotes")),
+        }
+    }
+
+    /// A text that must be there.
+    pub fn required_string(&mut self, key: &'static str, help: &str) -> Result<String> {
+        self.string(key)?.ok_or_else(|| self.missing(key, help))
+    }
+
+    /// One of several words.
+    pub fn choice<T: Copy>(&mut self, key: &'static str, choices: &[(&str, T)]) -> Result<Option<T>> {
+        self.choice_beside(key, choices, "")
+    }
+
+    /// The same where something else than a word may stand too.
+    fn choice_beside<T: Copy>(&mut self, key: &'static str, choices: &[(&str, T)], beside: &str) -> Result<Option<T>> {
+        let Some(word) = self.string(key)? else { return Ok(None) };
+        choices.iter().find(|(name, _)| *name == word).map(|&(_, value)| Some(value)).ok_or_else(|| {
+            let names: Vec<String> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            self.error(key, format!("'{word}' is not known here")).help(format!("choose {}{beside}", names.join(", ")))
+        })
+    }
+
+    /// A path, relative to the document's folder. The file must exist.
+    pub fn path(&mut self, key: &'static str) -> Result<Option<PathBuf>> {
+        let text = self.string(key)?;
+        text.map(|t| self.existing_file(key, &t)).transpose()
+    }
+
+    /// A pattern of numbered files (`v%03d.hdr`), relative to the document's folder.
+    pub fn pattern(&mut self, key: &'static str) -> Result<Option<Pattern>> {
+        let Some(text) = self.string(key)? else { return Ok(None) };
+        // A percent sign in the folder's name is no place for a number.
+        let folder = self.document.file.parent().unwrap_or(Path::new("")).display().to_string().replace('%', "%%");
+        let parsed = Pattern::parse(&Path::new(&folder).join(&text).display().to_string());
+        let help = "write v%03d.hdr or the like";
+        parsed.map(Some).map_err(|_| self.error(key, format!("'{text}' has no place for the number of a picture")).help(help))
+    }
+
+    /// A path that must be there.
+    pub fn required_path(&mut self, key: &'static str, help: &str) -> Result<PathBuf> {
+        self.path(key)?.ok_or_else(|| self.missing(key, help))
+    }
+
+    /// A non-empty list of paths.
+    pub fn required_paths(&mut self, key: &'static str, help: &str) -> Result<Vec<PathBuf>> {
+        if self.get(key).is_none() {
+            return Err(self.missing(key, help));
+        }
+        let paths = self.paths(key)?;
+        if paths.is_empty() {
+            return Err(self.error(key, "this list is empty").help(help));
+        }
+        Ok(paths)
+    }
+
+    /// A list of paths of files that exist, empty if the key is absent.
+    pub fn paths(&mut self, key: &'static str) -> Result<Vec<PathBuf>> {
+        let Some(value) = self.get(key) else { return Ok(Vec::new()) };
+        let DeValue::Array(items) = value.get_ref() else {
+            return Err(self.wrong_type(key, value.get_ref(), "a list of files like [\"a.rad\", \"b.rad\"]"));
+        };
+        let mut paths = Vec::new();
+        for item in items.iter() {
+            match item.get_ref() {
+                DeValue::String(s) => paths.push(self.existing_file(key, s)?),
+                other => return Err(self.wrong_type(key, other, "the name of a file in quotes")),
+            }
+        }
+        Ok(paths)
+    }
+
+    fn existing_file(&self, key: &str, text: &str) -> Result<PathBuf> {
+        let folder = self.document.file.parent().unwrap_or(Path::new(""));
+        let path = folder.join(text);
+        match std::fs::metadata(&path) {
+            Ok(m) if m.is_dir() => Err(self.error(key, format!("'{text}' is a folder, not a file"))),
+            Ok(_) => Ok(path),
+            Err(e) => {
+                let wanted = path.display();
+                let message = match e.kind() {
+                    std::io::ErrorKind::NotFound => format!("there is no file '{wanted}'"),
+                    _ => format!("cannot use '{wanted}': {e}"),
+                };
+                Err(self.error(key, message).help("paths are relative to the folder of the project file"))
+            }
+        }
+    }
+
+    /// A whole number within limits.
+    pub fn integer(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<u64>> {
+        let value = match self.get(key).map(Spanned::get_ref) {
+            None => return Ok(None),
+            Some(DeValue::Integer(i)) => i64::from_str_radix(i.as_str(), i.radix()).ok().and_then(|v| u64::try_from(v).ok()),
+            Some(other) => return Err(self.wrong_type(key, other, "a whole number")),
+        };
+        match value.filter(|v| limits.contains(v)) {
+            Some(v) => Ok(Some(v)),
+            None => Err(self.error(key, "this number is out of range").help(format!(
+                "choose a whole number from {} to {}",
+                limits.start(),
+                limits.end()
+            ))),
+        }
+    }
+
+    /// A whole number within limits (`Ok`) or one of several words (`Err`).
+    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
+    pub fn integer_or_choice(
+        &mut self,
+        key: &'static str,
+        limits: std::ops::RangeInclusive<u64>,
+        words: &[&'static str],
+    ) -> Result<Option<std::result::Result<u64, &'static str>>> {
+        if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
+            let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
+            let numbers = format!(", or a whole number from {} to {}", limits.start(), limits.end());
+            return Ok(self.choice_beside(key, &choices, &numbers)?.map(Err));
+        }
+        Ok(self.integer(key, limits)?.map(Ok))
+    }
+
+    /// True or false.
+    pub fn boolean(&mut self, key: &'static str) -> Result<Option<bool>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(DeValue::Boolean(value)) => Ok(Some(*value)),
+            Some(other) => Err(self.wrong_type(key, other, "true or false")),
+        }
+    }
+
+    /// A number, whole or not, within limits.
+    pub fn number(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<f64>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(value) => self.number_of(key, value, &limits).map(Some),
+        }
+    }
+
+    /// A list of numbers within limits.
+    pub fn numbers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<Vec<f64>>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(DeValue::Array(items)) => items.iter().map(|i| self.number_of(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
+            Some(other) => Err(self.wrong_type(key, other, "a list of numbers like [8, 18]")),
+        }
+    }
+
+    fn number_of(&self, key: &str, value: &DeValue<'_>, limits: &std::ops::RangeInclusive<f64>) -> Result<f64> {
+        let number = match value {
+            DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|v| v as f64),
+            DeValue::Float(f) => f.as_str().parse().ok(),
+            other => return Err(self.wrong_type(key, other, "a number")),
+        };
+        number.filter(|v| limits.contains(v)).ok_or_else(|| {
+            self.error(key, "this number is out of range").help(format!("choose a number from {} to {}", limits.start(), limits.end()))
+        })
+    }
+
+    /// A list of whole numbers within limits.
+    pub fn integers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<Vec<u64>>> {
+        match self.get(key).map(Spanned::get_ref) {
+            None => Ok(None),
+            Some(DeValue::Array(items)) => items.iter().map(|i| self.listed(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
+            Some(other) => Err(self.wrong_type(key, other, "a list of whole numbers like [400, 400]")),
+        }
+    }
+
+    fn listed(&self, key: &str, item: &DeValue<'_>, limits: &std::ops::RangeInclusive<u64>) -> Result<u64> {
+        let DeValue::Integer(i) = item else { return Err(self.wrong_type(key, item, "a whole number")) };
+        let value = i64::from_str_radix(i.as_str(), i.radix()).ok().and_then(|v| u64::try_from(v).ok());
+        value.filter(|v| limits.contains(v)).ok_or_else(|| {
+            self.error(key, format!("the number {} is out of range", i.as_str())).help(format!(
+                "choose whole numbers from {} to {}",
+                limits.start(),
+                limits.end()
+            ))
+        })
+    }
+
+    /// A list of whole numbers within limits (`Ok`) or one of several words (`Err`).
+    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
+    pub fn integers_or_choice(
+        &mut self,
+        key: &'static str,
+        limits: std::ops::RangeInclusive<u64>,
+        words: &[&'static str],
+    ) -> Result<Option<std::result::Result<Vec<u64>, &'static str>>> {
+        if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
+            let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
+            return Ok(self.choice_beside(key, &choices, ", or a list of whole numbers")?.map(Err));
+        }
+        Ok(self.integers(key, limits)?.map(Ok))
+    }
+
+    /// A table inside this one.
+    pub fn table(&mut self, key: &'static str) -> Result<Option<Table<'d, 'a>>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let DeValue::Table(entries) = value.get_ref() else {
+            return Err(self.wrong_type(key, value.get_ref(), &format!("a section [{key}]")));
+        };
+        Ok(Some(Table {
+            document: self.document,
+            name: self.field(key),
+            entries,
+            offset: section_start(value, entries),
+            known: Vec::new(),
+        }))
+    }
+
+    /// A table that must be there.
+    pub fn required_table(&mut self, key: &'static str, help: &str) -> Result<Table<'d, 'a>> {
+        self.table(key)?.ok_or_else(|| self.missing(key, help))
+    }
+
+    /// An array of tables (`[[key]]`), possibly absent.
+    pub fn tables(&mut self, key: &'static str) -> Result<Vec<Table<'d, 'a>>> {
+        let Some(value) = self.get(key) else { return Ok(Vec::new()) };
+        let wanted = format!("a section [[{key}]] (in double brackets: there may be several)");
+        let DeValue::Array(items) = value.get_ref() else { return Err(self.wrong_type(key, value.get_ref(), &wanted)) };
+        let mut tables = Vec::new();
+        for (i, item) in items.iter().enumerate() {
+            let DeValue::Table(entries) = item.get_ref() else { return Err(self.wrong_type(key, item.get_ref(), &wanted)) };
+            tables.push(Table {
+                document: self.document,
+                name: format!("{key} {}", i + 1),
+                entries,
+                offset: section_start(item, entries),
+                known: Vec::new(),
+            });
+        }
+        Ok(tables)
+    }
+
+    /// An error that the table as a whole lacks something.
+    pub fn missing_section(&self, key: &'static str, help: &str) -> Error {
+        self.missing(key, help)
+    }
+
+    /// Refuses keys that nobody asked for.
+    ///
+    /// # Errors
+    /// The first unknown key, with the nearest known one.
+    pub fn finish(self) -> Result<()> {
+        // The map is sorted by name; the user wants the first in the file.
+        let unknown = self.entries.iter().filter(|(k, _)| !self.known.contains(&k.get_ref().as_ref())).min_by_key(|(k, _)| k.span().start);
+        match unknown {
+            Some((key, _)) => Err(self.unknown(key, &self.known)),
+            None => Ok(()),
+        }
+    }
+
+    fn unknown(&self, key: &Spanned<DeString<'_>>, known: &[&str]) -> Error {
+        let place = if self.name.is_empty() { "in a project file".to_string() } else { format!("in [{}]", self.name) };
+        let help = match nearest(key.get_ref(), known) {
+            Some(near) => format!("did you mean '{near}'?"),
+            None => format!("known here: {}", known.join(", ")),
+        };
+        self.document.error_at(key.span().start, format!("there is no key '{}' {place}", key.get_ref())).help(help)
+    }
+}
+
+/// Where a section starts: the span of a table may be empty, then its first key serves.
+fn section_start(value: &Spanned<DeValue<'_>>, entries: &DeTable<'_>) -> usize {
+    if value.span().is_empty() { entries.keys().map(|k| k.span().start).min().unwrap_or(0) } else { value.span().start }
+}
+
+fn kind(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) => "a whole number",
+        DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "a list",
+        DeValue::Table(_) => "a section",
+    }
+}
+
+/// The word nearest to `word`, if it is near enough to be a slip of the pen.
+pub fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+    let plain = |s: &str| s.to_lowercase().replace('-', "_");
+    let word = plain(word);
+    let (distance, near) = known.iter().map(|k| (edit_distance(&word, &plain(k)), *k)).min_by_key(|(d, _)| *d)?;
+    let part_of = word.len() >= 3 && (near.starts_with(&word) || word.starts_with(near));
+    (distance <= 1 + near.len() / 3 || part_of).then_some(near)
+}
+
+/// Levenshtein's distance: insertions, deletions and replacements that turn `a` into `b`.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// A name that can be part of a file name on every system.
+pub(in crate::simulate::project) fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
+    let name = table.required_string("name", help)?;
+    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
+    if name.starts_with('.') || name.len() > 100 || !name.chars().all(allowed) {
+        return Err(table
+            .error("name", format!("'{name}' cannot be part of a file name"))
+            .help("use letters, digits, '-', '_', '.' and blanks, at most 100"));
+    }
+    Ok(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edit_distances_are_levenshteins() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+        assert_eq!(edit_distance("abc", ""), 3);
+        assert_eq!(edit_distance("same", "same"), 0);
+    }
+
+    #[test]
+    fn the_nearest_key_is_offered_only_when_it_is_near() {
+        let known = ["weather", "scene", "window", "sensors", "method", "quality"];
+        assert_eq!(nearest("windows", &known), Some("window"));
+        assert_eq!(nearest("Sensor", &known), Some("sensors"));
+        assert_eq!(nearest("wether", &known), Some("weather"));
+        assert_eq!(nearest("colour", &known), None);
+        assert_eq!(nearest("x", &[]), None);
+    }
+}

@@ -1,0 +1,107 @@
+//! `[[view]]` and `[images]`: the cameras of a project, and the hours whose pictures are written.
+
+use super::given::GivenPictures;
+use super::table::{Table, name};
+use crate::camera::{Raster, View};
+use crate::error::Result;
+use crate::scene::points::Sensor;
+use std::path::PathBuf;
+
+/// Most pixels in a row or column.
+const MOST_PIXELS: u64 = 16_384;
+/// One `[[view]]`: a camera with one picture per hour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewSection {
+    /// Name of its matrix and its folder of pictures.
+    pub name: String,
+    /// View file, or the file of points that the view stands on.
+    pub file: PathBuf,
+    /// The view itself, if it is not in a view file.
+    pub view: Option<View>,
+    /// Most pixels per row, and most rows; pixels stay square.
+    pub resolution: [usize; 2],
+    /// Pictures made elsewhere.
+    pub given: GivenPictures,
+}
+
+impl ViewSection {
+    pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
+        let name = name(&mut table, "add name = \"desk\" or the like")?;
+        let file = table.required_path("file", "add file = \"….vf\": a file with a line of view options")?;
+        let resolution = resolution(&mut table)?.unwrap_or([512, 512]);
+        let given = GivenPictures::read(&mut table)?;
+        table.finish()?;
+        Ok(Self { name, file, view: None, resolution, given })
+    }
+
+    /// The view, not yet checked.
+    ///
+    /// # Errors
+    /// A view file that cannot be read or makes no sense.
+    pub fn view(&self) -> Result<View> {
+        self.view.map_or_else(|| View::read(&self.file), Ok)
+    }
+
+    /// The sensor at its eye: at the view's point, facing as it looks.
+    ///
+    /// # Errors
+    /// A view file that cannot be read or makes no sense.
+    pub fn eye(&self) -> Result<Sensor> {
+        let view = self.view()?;
+        let camera = view.camera().map_err(|e| e.file(&self.file))?;
+        Ok(Sensor { position: view.point, direction: camera.direction, line: 1 })
+    }
+
+    /// Its pixels.
+    ///
+    /// # Errors
+    /// A view file that cannot be read or makes no sense.
+    pub fn raster(&self) -> Result<Raster> {
+        let camera = self.view()?.camera().map_err(|e| e.file(&self.file))?;
+        Raster::fit(camera, self.resolution[0], self.resolution[1], 1.0).map_err(|e| e.file(&self.file))
+    }
+}
+
+/// The key `resolution`: most pixels per row, and most rows.
+pub(in crate::simulate::project) fn resolution(table: &mut Table<'_, '_>) -> Result<Option<[usize; 2]>> {
+    let Some(size) = table.integers("resolution", 1..=MOST_PIXELS)? else { return Ok(None) };
+    let size = <[u64; 2]>::try_from(size)
+        .map_err(|_| table.error("resolution", "a resolution is two numbers").help("write resolution = [400, 400]"))?;
+    Ok(Some(size.map(|n| n as usize)))
+}
+
+/// Hours of which pictures are written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ImageHours {
+    /// None: only the view matrices are kept.
+    None,
+    /// All whose sky is not black.
+    Daylight,
+    /// These, by number of the year from 0.
+    Chosen(Vec<usize>),
+}
+
+/// `[images]`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ImagesSection {
+    /// Hours to write.
+    pub hours: ImageHours,
+    /// Whether V, Vd and the suns are written as component pictures too.
+    pub components: bool,
+}
+
+impl ImagesSection {
+    pub(super) fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
+        let mut images = Self { hours: ImageHours::None, components: false };
+        let Some(mut table) = table else { return Ok(images) };
+        images.hours = match table.integers_or_choice("hours", 0..=1_000_000, &["daylight", "none"])? {
+            None => ImageHours::None,
+            Some(Ok(hours)) => ImageHours::Chosen(hours.into_iter().map(|h| h as usize).collect()),
+            Some(Err("daylight")) => ImageHours::Daylight,
+            Some(Err(_)) => ImageHours::None,
+        };
+        images.components = table.boolean("components")?.unwrap_or(false);
+        table.finish()?;
+        Ok(images)
+    }
+}

@@ -1,0 +1,250 @@
+//! Standard errors of the hours, and annual metrics with theirs.
+
+use super::uncertainty::{Deviations, EstimatedError};
+use crate::error::{Error, Result};
+use crate::kernels::product::Multiplier;
+use crate::matrix::Matrix;
+use crate::simulate::inputs::SensorGroup;
+use crate::simulate::light::Light;
+use crate::simulate::sampling::chain::Chain;
+use crate::simulate::store::Store;
+use crate::weather::Record;
+use rayon::prelude::*;
+
+/// A value and its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimated {
+    /// The value.
+    pub value: f64,
+    /// In its unit.
+    pub standard_error: f64,
+}
+
+/// Metrics of one sensor over the year.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorYear {
+    /// Mean over all hours, lx.
+    pub mean: Estimated,
+    /// Daylight autonomy: share of occupied hours with at least 300 lx.
+    pub autonomy: Estimated,
+    /// Useful daylight: share of occupied hours between 100 and 3000 lx.
+    pub useful: Estimated,
+}
+
+/// Metrics of a group of sensors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupYear {
+    /// Its sensors.
+    pub sensors: Vec<SensorYear>,
+    /// Mean over sensors and hours, lx.
+    pub mean: Estimated,
+    /// sDA300/50 %: share of the sensors with an autonomy of at least a half.
+    pub spatial_autonomy: Estimated,
+}
+
+/// Errors of all hours, and the metrics of the year.
+#[derive(Debug, Clone, PartialEq)]
+pub struct YearErrors {
+    /// Of each sensor and hour, lx.
+    pub standard_error: Matrix<f32>,
+    /// Metrics per group.
+    pub groups: Vec<GroupYear>,
+    /// For the summary; nothing if it is always dark.
+    pub estimated: Option<EstimatedError>,
+}
+
+/// Variance that the suns' own noise adds to a sensor's illuminance in an hour, lx², or to its sum over the year.
+pub type SunVariance<'a> = dyn Fn(usize, Option<usize>) -> f64 + Sync + 'a;
+
+/// Memory for the deviations of a tile of sensors, bytes.
+const TILE_MEMORY: usize = 1 << 27;
+
+/// Occupied hours of LM-83: 8:00 to 18:00 local standard time, every day.
+fn is_occupied(record: &Record) -> bool {
+    (8.0..18.0).contains(&record.hour)
+}
+
+/// Metrics of a row of illuminances: mean, autonomy, useful.
+fn metrics(row: impl Iterator<Item = f64>, occupied: &[bool]) -> [f64; 3] {
+    let (mut sum, mut autonomy, mut useful, mut count, mut all) = (0.0, 0.0, 0.0, 0.0f64, 0.0f64);
+    for (lux, &occupied) in row.zip(occupied) {
+        sum += lux;
+        all += 1.0;
+        if occupied {
+            count += 1.0;
+            autonomy += f64::from(u8::from(lux >= 300.0));
+            useful += f64::from(u8::from((100.0..=3000.0).contains(&lux)));
+        }
+    }
+    [sum / all.max(1.0), autonomy / count.max(1.0), useful / count.max(1.0)]
+}
+
+/// Metrics of one sensor: of the result, and with each replicate's error put upon it.
+struct Sensor {
+    metrics: [f64; 3],
+    perturbed: Vec<[f64; 3]>,
+    /// Standard error that the sun matrix adds to the mean, lx.
+    sun: f64,
+}
+
+/// Standard errors of the illuminance `lux` `[sensor][hour]`, and annual metrics with theirs. A
+/// deviation of a replicate, divided by √(R − 1), is an error as large as that of the mean; the
+/// metrics' own errors are the spread of what they become with it, so that steps (hours above a
+/// threshold) count as they are.
+///
+/// # Errors
+/// Failures of the multiplier's device and of `stage`.
+pub fn estimate(
+    chain: &Chain<'_>,
+    multiplier: &dyn Multiplier,
+    light: &Light,
+    lux: &Matrix<f32>,
+    suns: Option<&SunVariance<'_>>,
+    target: Option<f64>,
+    stage: &dyn Fn(f64) -> Result<()>,
+) -> Result<YearErrors> {
+    let records = &chain.inputs.weather.records;
+    let occupied: Vec<bool> = records.iter().map(is_occupied).collect();
+    let (count, hours) = (lux.rows(), lux.cols());
+    let noise = Deviations::new(chain, light);
+    let mut standard_error = Matrix::zeros(count, hours, 1);
+    let mut sensors: Vec<Sensor> = Vec::with_capacity(count);
+    let tile = (TILE_MEMORY / (hours.max(1) * 4 * 8)).max(1);
+    for first in (0..count).step_by(tile) {
+        stage(first as f64 / count as f64)?;
+        let range = first..(first + tile).min(count);
+        let n = range.len();
+        let deviations = noise.of(multiplier, range.clone())?;
+        let replicates = deviations.as_ref().map_or(0, |d| d.rows() / n);
+        let row = |r: usize, i: usize| deviations.as_ref().map_or(&[][..], |d| d.row(r * n + i));
+        let scale = 1.0 / (replicates.max(2) as f64 * (replicates.max(2) - 1) as f64);
+        standard_error.data_mut()[first * hours..range.end * hours].par_chunks_mut(hours.max(1)).enumerate().for_each(|(i, errors)| {
+            for (hour, error) in errors.iter_mut().enumerate() {
+                let squares: f64 = (0..replicates).map(|r| f64::from(row(r, i)[hour]).powi(2)).sum();
+                let added = suns.map_or(0.0, |variance| variance(first + i, Some(hour)));
+                *error = (squares * scale + added).sqrt() as f32;
+            }
+        });
+        let step = 1.0 / ((replicates.max(2) - 1) as f64).sqrt();
+        let found: Vec<Sensor> = range
+            .into_par_iter()
+            .map(|sensor| {
+                let values = || lux.row(sensor).iter().map(|v| f64::from(*v));
+                let shifted = |r: usize| values().zip(row(r, sensor - first)).map(|(v, d)| v + step * f64::from(*d));
+                Sensor {
+                    metrics: metrics(values(), &occupied),
+                    perturbed: (0..replicates).map(|r| metrics(shifted(r), &occupied)).collect(),
+                    sun: suns.map_or(0.0, |variance| variance(sensor, None).sqrt() / hours.max(1) as f64),
+                }
+            })
+            .collect();
+        sensors.extend(found);
+    }
+    let mut first = 0;
+    let groups = chain
+        .inputs
+        .sensors
+        .iter()
+        .map(|group| {
+            let own = &sensors[first..first + group.sensors.len()];
+            first += own.len();
+            group_year(own)
+        })
+        .collect::<Vec<_>>();
+    let estimated = summarize(chain, lux, &standard_error, &groups, target);
+    Ok(YearErrors { standard_error, groups, estimated })
+}
+
+/// A value, and the root mean square of what the perturbed ones differ from it by.
+fn with_spread(value: f64, perturbed: impl Iterator<Item = f64>) -> Estimated {
+    let (mut squares, mut n) = (0.0, 0.0f64);
+    for p in perturbed {
+        squares += (p - value).powi(2);
+        n += 1.0;
+    }
+    Estimated { value, standard_error: (squares / n.max(1.0)).sqrt() }
+}
+
+fn group_year(sensors: &[Sensor]) -> GroupYear {
+    let n = sensors.len().max(1) as f64;
+    let replicates = sensors.first().map_or(0, |s| s.perturbed.len());
+    let over = |f: &dyn Fn(&[f64; 3]) -> f64| {
+        let all = |pick: &dyn Fn(&Sensor) -> [f64; 3]| sensors.iter().map(|s| f(&pick(s))).sum::<f64>() / n;
+        with_spread(all(&|s| s.metrics), (0..replicates).map(|r| all(&|s| s.perturbed[r])))
+    };
+    let sensor = |s: &Sensor| {
+        let metric = |i: usize| with_spread(s.metrics[i], s.perturbed.iter().map(|p| p[i]));
+        let mean = metric(0);
+        SensorYear { mean: Estimated { standard_error: mean.standard_error.hypot(s.sun), ..mean }, autonomy: metric(1), useful: metric(2) }
+    };
+    let mean = over(&|m| m[0]);
+    // As if the suns' errors were the same at all sensors: no less than they are.
+    let sun = sensors.iter().map(|s| s.sun).sum::<f64>() / n;
+    GroupYear {
+        sensors: sensors.iter().map(sensor).collect(),
+        mean: Estimated { standard_error: mean.standard_error.hypot(sun), ..mean },
+        spatial_autonomy: over(&|m| f64::from(u8::from(m[1] >= 0.5))),
+    }
+}
+
+fn summarize(
+    chain: &Chain<'_>,
+    lux: &Matrix<f32>,
+    standard_error: &Matrix<f32>,
+    groups: &[GroupYear],
+    target: Option<f64>,
+) -> Option<EstimatedError> {
+    let relative = |e: &Estimated| (e.value > 0.0).then_some(e.standard_error / e.value);
+    let mut annual: Vec<f64> = groups.iter().flat_map(|g| &g.sensors).filter_map(|s| relative(&s.mean)).collect();
+    let mut hourly: Vec<f32> = lux.data().iter().zip(standard_error.data()).filter(|(v, _)| **v > 0.0).map(|(v, e)| e / v).collect();
+    let hours = (0..lux.cols()).into_par_iter().filter(|&h| (0..lux.rows()).any(|s| lux.at(s, h)[0] > 0.0)).count();
+    if annual.is_empty() || hourly.is_empty() {
+        return None;
+    }
+    annual.sort_by(f64::total_cmp);
+    let place = |n: usize, fraction: f64| ((n as f64 - 1.0) * fraction).round() as usize;
+    let mut at = |fraction: f64| {
+        let k = place(hourly.len(), fraction);
+        f64::from(*hourly.select_nth_unstable_by(k, f32::total_cmp).1)
+    };
+    let (hourly_median, hourly_95th_percentile) = (at(0.5), at(0.95));
+    let annual_largest = *annual.last()?;
+    Some(EstimatedError {
+        annual_median: annual[place(annual.len(), 0.5)],
+        annual_largest,
+        hourly_median,
+        hourly_95th_percentile,
+        sensors: lux.rows(),
+        hours,
+        confidence_95: chain.confidence_95(),
+        target,
+        target_met: target.map(|t| annual_largest <= t),
+    })
+}
+
+/// Writes `illuminance/GROUP_annual.csv`: a sensor per line, every metric followed by its standard
+/// error.
+///
+/// # Errors
+/// Failures of the file system.
+pub fn write(store: &Store, group: &SensorGroup, year: &GroupYear) -> Result<()> {
+    let path = store.illuminance_path(&format!("{}_annual", group.name), "csv");
+    crate::files::write_atomically(&path, |out| {
+        let fault = |e: std::io::Error| Error::io(&path, &e);
+        writeln!(
+            out,
+            "sensor,x,y,z,mean_lx,mean_lx_standard_error,autonomy_300_lx,autonomy_300_lx_standard_error,\
+             useful_100_3000_lx,useful_100_3000_lx_standard_error"
+        )
+        .map_err(fault)?;
+        for (i, (sensor, y)) in group.sensors.iter().zip(&year.sensors).enumerate() {
+            let p = sensor.position;
+            write!(out, "{},{},{},{},{:.3},{:.3}", i + 1, p.x, p.y, p.z, y.mean.value, y.mean.standard_error).map_err(fault)?;
+            for share in [y.autonomy, y.useful] {
+                write!(out, ",{:.5},{:.5}", share.value, share.standard_error).map_err(fault)?;
+            }
+            writeln!(out).map_err(fault)?;
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,395 @@
+//! Glare of a project's views over the year: `[glare]`.
+//!
+//! | method | Ev | sources |
+//! |---|---|---|
+//! | `image` | the picture's | pixels of the picture |
+//! | `edgps` | a sensor at the eye | pixels of a picture that shows the windows alone |
+//! | `dgps` | a sensor at the eye | none |
+//! | `imageless` | a sensor at the eye | patches of the sky, by the light they send to it directly |
+//!
+//! With five phases the sun's patches, seen straight through a shade, go out of pictures and sensors,
+//! and the suns come back as traced, hour by hour; `imageless` has their discs for sources.
+//! The standard error of `imageless` is that of Ev alone; the patches' own noise is left out.
+//! V and D are shared by all states of the façade, V of a view with its pictures.
+
+pub mod eyes;
+mod noise;
+mod tables;
+
+use self::eyes::{Eye, Eyes, ImagelessSources, frame_of};
+use self::noise::{MatrixNoise, SunNoise};
+use self::tables::{Hour, ViewYear};
+use super::pictures::PictureView;
+use super::views::Made;
+use crate::error::{Error, Result, Warnings};
+use crate::glare::geometry::PixelGeometry;
+use crate::glare::{Analyser, index};
+use crate::kernels::glare::{
+    AddedLight, Additions, Batches, HourNoise, PixelSource, ReadyView, SharedNoise, Stack, StackOptions, Year, for_device, year,
+};
+use crate::kernels::image_matrix::ImageOptions;
+use crate::kernels::trace::{TraceStatistics, TracedMatrix};
+use crate::kernels::view_matrix;
+use crate::matrix::Matrix;
+use crate::matrix::file::read_matrix;
+use crate::progress::Progress;
+use crate::simulate::context::Context;
+use crate::simulate::inputs::{ProjectWindow, SensorGroup};
+use crate::simulate::light::{Daylight, Light, transmitted};
+use crate::simulate::multiply::{lit_columns, select_columns};
+use crate::simulate::phases::pixels::ViewJob;
+use crate::simulate::phases::sun::sun_matrix;
+use crate::simulate::phases::sun_pixels::sun_pictures;
+use crate::simulate::plan::presets::{image_options, rounds, view_options};
+use crate::simulate::project::given::GivenPictures;
+use crate::simulate::project::glare::{GlareMethod, GlareSection};
+use crate::simulate::project::views::ViewSection;
+use crate::simulate::sampling::rounds::{Part, average};
+use crate::simulate::store::sun_pictures::SunPictures;
+use crate::units::ILLUMINANCE_WEIGHTS;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What glare a run computed, for `summary.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct GlareSummary {
+    /// Method of `[glare]`.
+    pub method: String,
+    /// Views.
+    pub views: usize,
+    /// States of the façade.
+    pub states: usize,
+    /// Hours with light, each computed per view and state.
+    pub hours: usize,
+    /// What found the glare pixels; absent without pictures.
+    pub detector: Option<String>,
+    /// Seconds for all hours of all views and states, without V and D.
+    pub seconds: f64,
+}
+
+/// What the glare of a project is computed from.
+pub struct GlareJob<'a> {
+    /// The run.
+    pub context: Context<'a>,
+    /// What it has made before.
+    pub made: Made<'a>,
+    /// D of each window.
+    pub daylight: &'a [Matrix<f32>],
+    /// The part of D without diffuse reflection.
+    pub daylight_direct: &'a [Matrix<f32>],
+    /// Standard errors of D.
+    pub daylight_error: &'a [Matrix<f32>],
+}
+
+/// One state of the façade.
+struct State<'a> {
+    /// Empty if there is only one.
+    name: String,
+    transmissions: Vec<&'a Matrix<f64>>,
+    /// What its windows send into the room.
+    light: Light,
+    /// `[bin][patch]`, where needed: T·Dd of all windows, and of those whose sun is traced.
+    direct: Matrix<f64>,
+    traced: Option<Matrix<f64>>,
+}
+
+/// The hours that are computed: lit ones.
+struct Lit {
+    /// Numbers in the year.
+    hours: Vec<usize>,
+    sky: Matrix<f32>,
+    /// Sds, where suns are traced.
+    suns: Option<Matrix<f32>>,
+}
+
+/// The suns' light in the pictures of a view.
+struct SunLight<'a> {
+    pictures: SunPictures,
+    hours: &'a [usize],
+}
+
+impl Additions for SunLight<'_> {
+    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
+        let luminance = |v: [f32; 3]| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * f64::from(v[c])).sum::<f64>() as f32;
+        let lit = self.pictures.sun_picture_with_errors(self.hours[hour])?;
+        let errors = lit.errors.iter().zip(&lit.shared_errors);
+        pixels.extend(lit.pixels.iter().zip(errors).map(|(&(pixel, v), (&error, &shared_error))| AddedLight {
+            pixel,
+            luminance: luminance(v),
+            error,
+            shared_error,
+        }));
+        Ok(lit.shared)
+    }
+}
+
+impl GlareJob<'_> {
+    /// Computes and writes everything.
+    ///
+    /// # Errors
+    /// Views without directions, failures of device and file system, and when stopped.
+    pub fn run(&self, section: &GlareSection, statistics: &mut TraceStatistics, warnings: &mut Warnings) -> Result<GlareSummary> {
+        let skies = self.made.skies;
+        let hours = lit_columns(&skies.whole);
+        let suns = skies.sun.as_ref().map(|sun| select_columns(sun, &hours));
+        let lit = Lit { sky: select_columns(&skies.whole, &hours), hours, suns };
+        let eyes = if section.method == GlareMethod::Image { None } else { Some(self.eyes(statistics)?) };
+        if section.method == GlareMethod::Edgps {
+            for view in &self.context.project.views {
+                self.windows_only(view, statistics)?;
+            }
+        }
+        let clock = Instant::now();
+        let states = self.states(&lit, section.method)?;
+        let pictured = section.method.has_pictures();
+        let detector = if pictured { Some(for_device(self.context.device)?) } else { None };
+        let mut years = Vec::new();
+        for (number, view) in self.context.project.views.iter().enumerate() {
+            let stage = Part::of(self.context.progress, number, self.context.project.views.len());
+            let eye = eyes.as_ref().map(|eyes| eyes.of(number));
+            let found = match (&detector, &eye) {
+                (Some(detector), _) => {
+                    let analyser = analyser(section, view)?;
+                    analyser.doubts().into_iter().for_each(|doubt| warnings.push(doubt.file(&view.file)));
+                    self.pictured(section, view, analyser, &**detector, eye, &states, &lit, (statistics, &stage))?
+                }
+                (None, Some(eye)) => {
+                    stage.update("glare", 0.0);
+                    states.iter().map(|state| self.without_pictures(section, view, eye, state, &lit)).collect::<Result<_>>()?
+                }
+                (None, None) => return Err(Error::new("a method without pictures needs the eyes")),
+            };
+            for (state, found) in states.iter().zip(found) {
+                years.push(self.whole_year(view, state, &lit.hours, found, section));
+            }
+        }
+        let seconds = clock.elapsed().as_secs_f64();
+        tables::write(self.context.store, section, &self.context.inputs.weather.records, &years, self.context.progress, warnings)?;
+        Ok(GlareSummary {
+            method: section.method.name().to_string(),
+            views: self.context.project.views.len(),
+            states: states.len(),
+            hours: lit.hours.len(),
+            detector: detector.map(|d| d.description()),
+            seconds,
+        })
+    }
+
+    /// What every state of the façade lets in.
+    fn states(&self, lit: &Lit, method: GlareMethod) -> Result<Vec<State<'_>>> {
+        let inputs = self.context.inputs;
+        let windows = &inputs.windows;
+        let named: Vec<String> =
+            windows.iter().find(|w| !w.states.is_empty()).map_or_else(|| vec![String::new()], |w| unique_names(&w.states));
+        named
+            .into_iter()
+            .enumerate()
+            .map(|(number, name)| {
+                let transmissions: Vec<&Matrix<f64>> =
+                    windows.iter().map(|w| w.states.get(number).map_or(&w.transmission, |(_, t)| t)).collect();
+                let daylight = Daylight { total: self.daylight, direct: self.daylight_direct };
+                let light = Light::new(inputs, self.made.multiplier, &transmissions, daylight, self.made.skies)?;
+                let direct_of = |counts: &dyn Fn(&ProjectWindow) -> bool| transmitted(inputs, &transmissions, self.daylight_direct, counts);
+                let imageless = method == GlareMethod::Imageless;
+                let direct = if imageless { direct_of(&|_| true)? } else { Matrix::zeros(0, 0, 3) };
+                let traced = (imageless && lit.suns.is_some()).then(|| direct_of(&ProjectWindow::is_sunny)).transpose()?;
+                Ok(State { name, transmissions, light, direct, traced })
+            })
+            .collect()
+    }
+
+    /// Matrices of sensors at the views' points that face as the views look.
+    fn eyes(&self, statistics: &mut TraceStatistics) -> Result<Eyes<'_>> {
+        let view = self.eyes_view(statistics)?;
+        let Some(suns) = self.made.suns.filter(|_| self.made.skies.sun.is_some()) else { return Ok(Eyes { view, suns: None }) };
+        let project = self.context.project;
+        let sensors = project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
+        let group = SensorGroup { name: "glare_eyes".into(), file: project.file.clone(), sensors, view: None, sun: None };
+        let (matrix, traced) = sun_matrix(&self.context, &[group], &suns.set)?;
+        if traced {
+            statistics.add(matrix.statistics);
+        }
+        Ok(Eyes { view, suns: Some((matrix, &suns.set)) })
+    }
+
+    fn eyes_view(&self, statistics: &mut TraceStatistics) -> Result<TracedMatrix> {
+        let sensors = self.context.project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
+        let rounds = rounds(self.context.project);
+        let mut inputs = self.context.view_fingerprint("V of eyes");
+        inputs.add(&sensors).add(&view_options(self.context.project, 0)).add(&rounds);
+        let shape = (sensors.len(), self.context.inputs.bins(), 3);
+        let load = |suffix: &str| self.context.store.load(&format!("glare_eyes{suffix}"), inputs, shape);
+        if let (Some(total), Some(direct), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
+            return Ok(TracedMatrix { total, direct, standard_error, batches: Vec::new(), statistics: TraceStatistics::default() });
+        }
+        let windows = self.context.inputs.geometry();
+        let traced = average(rounds, self.context.progress, |round, progress| {
+            let options = view_options(self.context.project, round);
+            view_matrix::compute(self.context.device, &self.context.inputs.scene, &windows, &sensors, &options, progress)
+        })?;
+        statistics.add(traced.statistics);
+        let about = "view matrix of the views' eyes, rows views, columns the windows' bins";
+        self.context.store.save("glare_eyes_direct", &traced.direct, inputs, about)?;
+        self.context.store.save("glare_eyes_standard_error", &traced.standard_error, inputs, about)?;
+        self.context.store.save("glare_eyes", &traced.total, inputs, about)?;
+        Ok(traced)
+    }
+
+    /// Computes the view matrix of a view as a picture of the windows alone.
+    fn windows_only(&self, view: &ViewSection, statistics: &mut TraceStatistics) -> Result<()> {
+        let options = ImageOptions { bounces: Some(0), ..image_options(self.context.project) };
+        let inputs = *self.context.view_fingerprint("V of pictures").add(&view.raster()?).add(&options);
+        let view = ViewSection { name: windows_only_name(view), given: GivenPictures::default(), ..view.clone() };
+        let windows = self.context.inputs.geometry();
+        let job = ViewJob { context: self.context, windows: &windows, view: &view, options, refinement: 1 };
+        job.matrix(inputs, statistics).map(|_| ())
+    }
+
+    /// Lit hours of one view from its view matrix, for every state.
+    #[allow(clippy::too_many_arguments, reason = "what a view shares with the others")]
+    fn pictured(
+        &self,
+        section: &GlareSection,
+        view: &ViewSection,
+        analyser: Arc<Analyser>,
+        detector: &dyn crate::kernels::glare::Detector,
+        eye: Option<Eye<'_>>,
+        states: &[State<'_>],
+        lit: &Lit,
+        (statistics, progress): (&mut TraceStatistics, &dyn Progress),
+    ) -> Result<Vec<Vec<Hour>>> {
+        let name = if eye.is_some() { windows_only_name(view) } else { view.name.clone() };
+        let path = |suffix: &str| self.context.store.matrix_path(&format!("V_{name}{suffix}"));
+        // All states have the same windows with shades.
+        let suns = self.made.suns.filter(|_| states.iter().any(|s| s.light.is_split()));
+        let suns = suns.map(|suns| sun_pictures(&self.context, &suns.set, view, &lit.hours, statistics)).transpose()?;
+        let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
+        let mut source = match &suns {
+            None => PictureView::open_matrix(&path(""))?,
+            Some(_) => PictureView::open_split(&path(""), &path("_direct"))?,
+        };
+        let options = StackOptions { veil: section.veil, dark_pixels: suns.is_some(), ..StackOptions::default() };
+        let stack = Stack::new(analyser, vec![&mut source as &mut dyn PixelSource], options)?;
+        let batches = Batches::new(&stack, &read_matrix(&path("_batches"))?.matrix)?;
+        let ready = ReadyView::new(detector, &stack)?;
+        let mut all = Vec::new();
+        for (number, state) in states.iter().enumerate() {
+            let given = eye.map(|eye| eye.illuminance(&state.light));
+            let noise = self.noise(state, lit, eye);
+            let rights = [&state.light.right];
+            let request = Year {
+                additions: suns.as_ref().map(|s| s as &dyn Additions),
+                illuminance: given.as_deref(),
+                batches: Some(&batches),
+                noise: Some(&noise),
+                ..Year::new(&rights)
+            };
+            let stage = Part::of(progress, number, states.len());
+            let found = year(&ready, &request, &stage)?;
+            all.push(
+                found
+                    .into_iter()
+                    .map(|h| Hour {
+                        dgp: h.indices.dgp,
+                        standard_error: h.standard_error,
+                        illuminance: h.vertical_illuminance,
+                        sources: h.sources,
+                    })
+                    .collect(),
+            );
+        }
+        Ok(all)
+    }
+
+    fn noise<'n>(&'n self, state: &'n State<'_>, lit: &'n Lit, eye: Option<Eye<'n>>) -> MatrixNoise<'n> {
+        let suns = lit.suns.as_ref().map(|patches| SunNoise {
+            patches,
+            hours: &lit.hours,
+            daylight: self.daylight,
+            daylight_direct: self.daylight_direct,
+        });
+        MatrixNoise::new(self.context.inputs, &state.transmissions, self.daylight_error, &lit.sky, &state.light, eye, suns)
+    }
+
+    /// Lit hours of one view and state without pictures.
+    fn without_pictures(
+        &self,
+        section: &GlareSection,
+        view: &ViewSection,
+        eye: &Eye<'_>,
+        state: &State<'_>,
+        lit: &Lit,
+    ) -> Result<Vec<Hour>> {
+        let lux = eye.illuminance(&state.light);
+        let noise = self.noise(state, lit, Some(*eye));
+        let none = vec![0.0; self.context.inputs.bins() * 3];
+        let (settings, model) = (&section.settings, section.settings.dgp);
+        let sources = match section.method {
+            GlareMethod::Imageless => {
+                let camera = view.raster()?.camera().view().to_owned();
+                let frame = frame_of(&camera).map_err(|e| e.file(&view.file))?;
+                let traced = state.traced.as_ref();
+                Some(ImagelessSources::new(&frame, eye, self.context.project.method.sky, &state.direct, traced, settings))
+            }
+            _ => None,
+        };
+        (0..lit.hours.len())
+            .into_par_iter()
+            .map(|hour| {
+                let ev = lux[hour];
+                let (dgp, slope, count) = match &sources {
+                    None => (index::dgps(ev), index::dgps(1.0) - index::dgps(0.0), 0),
+                    Some(sources) => {
+                        let (sum, count) = sources.contrast(hour, &lit.sky, lit.suns.as_ref(), eye.sun(lit.hours[hour]), settings);
+                        (model.dgp(ev, sum), model.slopes(ev, sum)[0], count)
+                    }
+                };
+                let slope = if dgp < 1.0 && slope.is_finite() { slope } else { 0.0 };
+                let variance = noise.variance(hour, &none, slope);
+                Ok(Hour { dgp, standard_error: variance.sqrt().min(1.0), illuminance: ev, sources: count })
+            })
+            .collect()
+    }
+
+    /// All hours of the weather file from those with light.
+    fn whole_year(&self, view: &ViewSection, state: &State<'_>, lit: &[usize], found: Vec<Hour>, section: &GlareSection) -> ViewYear {
+        let dark = match section.method {
+            GlareMethod::Dgps => index::dgps(0.0),
+            _ => section.settings.dgp.dgp(0.0, 0.0),
+        };
+        let dark = Hour { dgp: dark, standard_error: 0.0, illuminance: 0.0, sources: 0 };
+        let mut hours = vec![dark; self.made.skies.whole.cols()];
+        let mut is_lit = vec![false; self.made.skies.whole.cols()];
+        for (&hour, glare) in lit.iter().zip(found) {
+            hours[hour] = glare;
+            is_lit[hour] = true;
+        }
+        ViewYear { view: view.name.clone(), state: state.name.clone(), hours, is_lit }
+    }
+}
+
+fn analyser(section: &GlareSection, view: &ViewSection) -> Result<Arc<Analyser>> {
+    let geometry = PixelGeometry::new(&view.raster()?).map_err(|e| e.file(&view.file))?;
+    Ok(Arc::new(Analyser::new(Arc::new(geometry), section.settings.clone())?))
+}
+
+fn windows_only_name(view: &ViewSection) -> String {
+    format!("{}_windows", view.name)
+}
+
+/// The states' names, numbered where files in different folders have the same.
+fn unique_names(states: &[(String, Matrix<f64>)]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for (name, _) in states {
+        let mut unique = if name.is_empty() { "state".to_string() } else { name.clone() };
+        let mut number = 2;
+        while names.contains(&unique) {
+            unique = format!("{name}-{number}");
+            number += 1;
+        }
+        names.push(unique);
+    }
+    names
+}

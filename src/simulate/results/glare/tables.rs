@@ -1,0 +1,204 @@
+//! Files of annual glare: one table and carpet per view, a table of all views, and a matrix.
+
+use crate::error::{Error, Result, Warnings};
+use crate::files::write_atomically;
+use crate::glare::annual::{AnnualGlare, CLASS_LIMITS, GlareClass};
+use crate::image::carpet::{Carpet, Coloring};
+use crate::image::palette::Palette;
+use crate::matrix::Matrix;
+use crate::matrix::file::{Format, write_matrix};
+use crate::progress::{Progress, cancelled};
+use crate::simulate::project::glare::GlareSection;
+use crate::simulate::store::{Store, software};
+use crate::weather::Record;
+use std::path::{Path, PathBuf};
+
+/// Standard errors to either side within which the true DGP lies with 95 % confidence.
+const CONFIDENCE: f64 = 1.96;
+/// Pixels per unit of a carpet.
+const CARPET_SCALE: f64 = 2.0;
+const STEPS_PER_DAY: usize = 24;
+
+/// Glare of one hour, as the tables have it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hour {
+    /// DGP (or DGPs, eDGPs).
+    pub dgp: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+    /// Vertical illuminance, lx.
+    pub illuminance: f64,
+    /// Number of sources.
+    pub sources: usize,
+}
+
+impl Hour {
+    /// The other class that the noise leaves possible, if there is one.
+    fn other_class(&self) -> Option<GlareClass> {
+        let class = GlareClass::of(self.dgp);
+        [-1.0, 1.0].into_iter().map(|side| GlareClass::of(self.dgp + side * CONFIDENCE * self.standard_error)).find(|&c| c != class)
+    }
+}
+
+/// All hours of a view in one state of the façade.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewYear {
+    /// Name of the view.
+    pub view: String,
+    /// Name of the state; empty if there is only one.
+    pub state: String,
+    /// One per hour of the weather file.
+    pub hours: Vec<Hour>,
+    /// Whether there is light in it.
+    pub is_lit: Vec<bool>,
+}
+
+/// Writes everything into `glare/`; results of states into a folder for each.
+pub fn write(
+    store: &Store,
+    section: &GlareSection,
+    records: &[Record],
+    years: &[ViewYear],
+    progress: &dyn Progress,
+    warnings: &mut Warnings,
+) -> Result<()> {
+    let occupied: Vec<bool> = records.iter().map(|r| (section.occupied[0]..section.occupied[1]).contains(&r.hour)).collect();
+    let whole_days = records.len().is_multiple_of(STEPS_PER_DAY) && records.len() / STEPS_PER_DAY <= 366 && !records.is_empty();
+    if !whole_days {
+        warnings.push(Error::new(format!(
+            "{} time steps are not whole days of {STEPS_PER_DAY} hours up to a year: no carpet plots are drawn",
+            records.len()
+        )));
+    }
+    let mut folders: Vec<(&str, PathBuf)> = Vec::new();
+    for (i, year) in years.iter().enumerate() {
+        progress.update("writing glare", i as f64 / years.len() as f64);
+        if progress.stop_requested() {
+            return Err(cancelled());
+        }
+        let folder = store.glare_folder(&year.state)?;
+        write_hours(&folder.join(format!("{}.csv", year.view)), year)?;
+        if whole_days {
+            draw(&folder, year, section)?;
+        }
+        if !folders.iter().any(|(state, _)| *state == year.state) {
+            folders.push((&year.state, folder));
+        }
+    }
+    for (state, folder) in &folders {
+        let rows: Vec<&ViewYear> = years.iter().filter(|y| y.state == *state).collect();
+        let values = rows.iter().flat_map(|y| y.hours.iter().map(|h| h.dgp as f32)).collect();
+        let matrix = Matrix::from_data(rows.len(), records.len(), 1, values)?;
+        let names: Vec<&str> = rows.iter().map(|y| y.view.as_str()).collect();
+        let header = [software(), format!("CONTENT=DGP, rows views ({}), columns hours", names.join(", "))];
+        write_matrix(Some(&folder.join(format!("{}.dgp", section.method.name()))), &matrix, Format::Float, &header)?;
+    }
+    let folder = store.glare_folder("")?;
+    write_annual(&folder.join("annual.csv"), years, &occupied, warnings)?;
+    write_undecided(&folder.join("undecided.csv"), years, &occupied)
+}
+
+fn write_hours(path: &Path, year: &ViewYear) -> Result<()> {
+    write_atomically(path, |out| {
+        let fault = |e: std::io::Error| Error::io(path, &e);
+        writeln!(out, "hour,dgp,dgp_standard_error,ev_lux,sources,class").map_err(fault)?;
+        for (number, h) in year.hours.iter().enumerate() {
+            let class = GlareClass::of(h.dgp).name();
+            writeln!(out, "{number},{:.6},{:.6},{:.2},{},{class}", h.dgp, h.standard_error, h.illuminance, h.sources).map_err(fault)?;
+        }
+        Ok(())
+    })
+}
+
+/// Columns that tell which view (and state) a row is about.
+fn labels(years: &[ViewYear]) -> (&'static str, fn(&ViewYear) -> String) {
+    if years.iter().all(|y| y.state.is_empty()) {
+        ("view", |y| y.view.clone())
+    } else {
+        ("view,state", |y| format!("{},{}", y.view, y.state))
+    }
+}
+
+fn write_annual(path: &Path, years: &[ViewYear], occupied: &[bool], warnings: &mut Warnings) -> Result<()> {
+    if !occupied.contains(&true) {
+        warnings.push(Error::new("no hour of the weather file is occupied: there is no annual summary of glare").field("glare.occupied"));
+    }
+    write_atomically(path, |out| {
+        let fault = |e: std::io::Error| Error::io(path, &e);
+        let (columns, label) = labels(years);
+        let classes = "imperceptible_hours,perceptible_hours,disturbing_hours,intolerable_hours";
+        writeln!(
+            out,
+            "{columns},occupied_hours,{classes},dgp_exceeded_5_percent,en17037_protection,glare_autonomy,mean_dgp,greatest_dgp,undecided_hours"
+        )
+        .map_err(fault)?;
+        for year in years.iter().filter(|_| occupied.contains(&true)) {
+            let dgp: Vec<f64> = year.hours.iter().map(|h| h.dgp).collect();
+            let a = AnnualGlare::new(&dgp, occupied)?;
+            let undecided = year.hours.iter().zip(occupied).filter(|(h, o)| **o && h.other_class().is_some()).count();
+            let [i, p, d, t] = a.hours_in_class;
+            writeln!(
+                out,
+                "{},{},{i},{p},{d},{t},{:.4},{},{:.4},{:.4},{:.4},{undecided}",
+                label(year),
+                a.hours,
+                a.dgp_exceeded,
+                a.protection.name(),
+                a.glare_autonomy,
+                a.mean_dgp,
+                a.greatest_dgp
+            )
+            .map_err(fault)?;
+        }
+        Ok(())
+    })
+}
+
+/// Occupied hours whose class the noise leaves open.
+fn write_undecided(path: &Path, years: &[ViewYear], occupied: &[bool]) -> Result<()> {
+    write_atomically(path, |out| {
+        let fault = |e: std::io::Error| Error::io(path, &e);
+        let (columns, label) = labels(years);
+        writeln!(out, "{columns},hour,dgp,dgp_standard_error,class,or").map_err(fault)?;
+        for year in years {
+            for (number, (h, _)) in year.hours.iter().zip(occupied).enumerate().filter(|(_, (_, o))| **o) {
+                if let Some(other) = h.other_class() {
+                    let class = GlareClass::of(h.dgp).name();
+                    writeln!(out, "{},{number},{:.6},{:.6},{class},{}", label(year), h.dgp, h.standard_error, other.name())
+                        .map_err(fault)?;
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The carpet, as PNG and SVG.
+fn draw(folder: &Path, year: &ViewYear, section: &GlareSection) -> Result<()> {
+    let values: Vec<f64> = year.hours.iter().zip(&year.is_lit).map(|(h, lit)| if *lit { h.dgp } else { f64::NAN }).collect();
+    let [a, b, c] = CLASS_LIMITS;
+    let names = [
+        format!("imperceptible, to {a:.2}"),
+        format!("perceptible, to {b:.2}"),
+        format!("disturbing, to {c:.2}"),
+        "intolerable".to_string(),
+    ];
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    // A class holds its upper limit.
+    let coloring = Coloring::classes(&CLASS_LIMITS.map(f64::next_up), &names, Palette::Viridis)?;
+    let state = if year.state.is_empty() { String::new() } else { format!(", {}", year.state) };
+    let carpet = Carpet {
+        values: &values,
+        steps_per_day: STEPS_PER_DAY,
+        title: format!("Daylight glare probability, {}{state}", year.view),
+        label: format!("DGP ({})", section.method.name()),
+        coloring,
+        missing: Some("night".into()),
+        shares: true,
+    };
+    let drawing = carpet.draw()?;
+    for extension in ["png", "svg"] {
+        drawing.write(&folder.join(format!("{}.{extension}", year.view)), CARPET_SCALE)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,121 @@
+//! The sensors' year: illuminance by the formula, its terms, its errors and its tables.
+
+use super::annual::{self, YearErrors};
+use super::illuminance::{Content, illuminance, write_illuminance};
+use super::suns::TracedSuns;
+use super::views::Made;
+use crate::error::Result;
+use crate::matrix::Matrix;
+use crate::matrix::file::{Format, write_matrix};
+use crate::simulate::context::Context;
+use crate::simulate::inputs::split;
+use crate::simulate::light::{multiply, transmitted};
+use crate::simulate::store::fingerprint::Fingerprint;
+use crate::simulate::store::software;
+use crate::simulate::summary::SensorSummary;
+
+/// Illuminance of all sensors in all hours, `[sensor][hour]`, lx. Of five phases the three terms are
+/// written too.
+///
+/// # Errors
+/// Failures of the multiplier's device and of the file system.
+pub fn light_at_sensors(context: &Context<'_>, made: &Made<'_>) -> Result<Matrix<f32>> {
+    let (light, multiplier, inputs) = (made.light, made.multiplier, context.inputs);
+    let (total, direct) = (made.sampled.view.total(), made.sampled.view.direct());
+    let receivers = light.receivers(&total, &direct, inputs.differences());
+    let mut lux = light.over_the_year(&illuminance(multiplier, &receivers, &light.right)?);
+    let Some(suns) = made.suns else { return Ok(lux) };
+    let sun = suns.illuminance();
+    if light.is_split() {
+        lux.data_mut().iter_mut().zip(sun.data()).for_each(|(lux, sun)| *lux = (*lux + sun).max(0.0));
+    }
+    write_terms(context, made, [&total, &direct], &lux, &sun)?;
+    Ok(lux)
+}
+
+/// Writes V·T·D·S, Vd·T·Dd·Sds and Cds·Ssun of every group.
+fn write_terms(
+    context: &Context<'_>,
+    made: &Made<'_>,
+    [total, direct]: [&Matrix<f32>; 2],
+    lux: &Matrix<f32>,
+    sun: &Matrix<f32>,
+) -> Result<()> {
+    let light = made.light;
+    let (three_phase, taken) = if light.is_split() {
+        // The halves of the right factor are X and X − Xsun.
+        let (x, rest) = light.right.data().split_at(light.right.data().len() / 2);
+        let part = |data: Vec<f32>| Matrix::from_data(light.bins, light.hours.len(), 3, data);
+        let sun_patches = part(x.iter().zip(rest).map(|(x, rest)| x - rest).collect())?;
+        let of = |rows: &Matrix<f32>, right: &Matrix<f32>| Ok(light.over_the_year(&illuminance(made.multiplier, rows, right)?));
+        (of(total, &part(x.to_vec())?)?, of(direct, &sun_patches)?)
+    } else {
+        (lux.clone(), Matrix::zeros(lux.rows(), lux.cols(), 1))
+    };
+    let terms = [("three_phase", "V·T·D·S", &three_phase), ("direct", "Vd·T·Dd·Sds", &taken), ("sun", "Cds·Ssun", sun)];
+    for (name, formula, term) in terms {
+        for (group, part) in context.inputs.sensors.iter().zip(split(term, &context.inputs.sensors)) {
+            let header = [software(), format!("CONTENT={formula} of {} in lux, rows sensors, columns hours", group.name)];
+            write_matrix(Some(&context.store.term_path(&group.name, name)?), &part, Format::Float, &header)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes the daylight coefficients V·T·D of all groups, the one matrix of the two-phase method.
+///
+/// # Errors
+/// Failures of the file system.
+pub fn write_coefficients(context: &Context<'_>, made: &Made<'_>) -> Result<()> {
+    let inputs = context.inputs;
+    let daylight: Vec<Matrix<f32>> = made.sampled.daylight.iter().map(|d| d.total()).collect();
+    let transmitted = transmitted(inputs, &inputs.transmissions(), &daylight, &|_| true)?;
+    let coefficients = multiply(&made.sampled.view.total(), &transmitted).map(|v| v as f32);
+    for (group, part) in inputs.sensors.iter().zip(split(&coefficients, &inputs.sensors)) {
+        let key = *Fingerprint::new("DC").add(&part.data());
+        context.store.save(&format!("DC_{}", group.name), &part, key, "daylight coefficients V·T·D, rows sensors, columns patches")?;
+    }
+    Ok(())
+}
+
+/// Standard errors of all hours, and annual metrics with theirs.
+///
+/// # Errors
+/// Failures of the multiplier's device, or when stopped.
+pub fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) -> Result<YearErrors> {
+    let stage = |fraction: f64| {
+        context.progress.update("error estimate", fraction);
+        context.check_stop()
+    };
+    let chain = made.sampled.chain(context.inputs, &made.skies.whole);
+    let suns = made.suns.map(TracedSuns::variance);
+    let suns = suns.as_ref().map(|s| s as &annual::SunVariance<'_>);
+    annual::estimate(&chain, made.multiplier, made.light, lux, suns, context.project.quality.target(), &stage)
+}
+
+/// Writes illuminances, errors and metrics of all groups.
+///
+/// # Errors
+/// Failures of the file system.
+pub fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors) -> Result<Vec<SensorSummary>> {
+    let groups = &context.inputs.sensors;
+    let records = &context.inputs.weather.records;
+    let mut sensors = Vec::new();
+    let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
+    for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
+        context.progress.update("writing", i as f64 / groups.len() as f64);
+        write_illuminance(context.store, group, records, &part, Content::Illuminance)?;
+        write_illuminance(context.store, group, records, &error, Content::StandardError)?;
+        let year = &errors.groups[i];
+        annual::write(context.store, group, year)?;
+        sensors.push(SensorSummary {
+            name: group.name.clone(),
+            count: group.sensors.len(),
+            mean_illuminance_lx: year.mean.value,
+            mean_illuminance_standard_error_lx: year.mean.standard_error,
+            spatial_autonomy: year.spatial_autonomy.value,
+            spatial_autonomy_standard_error: year.spatial_autonomy.standard_error,
+        });
+    }
+    Ok(sensors)
+}

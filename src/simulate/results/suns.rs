@@ -1,0 +1,99 @@
+//! The suns of five phases at the sensors: Cds·Ssun, and its error.
+
+use super::illuminance::luminous;
+use crate::error::{Result, Warnings};
+use crate::kernels::sun_matrix::geometry::SunMatrix;
+use crate::matrix::Matrix;
+use crate::simulate::context::{Context, Ledger};
+use crate::simulate::inputs::shade;
+use crate::simulate::inputs::suns::SunSet;
+use crate::simulate::phases::sun::{sun_matrix, write_suns};
+use crate::simulate::plan::presets::sun_options;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// The suns of five phases and what they send to the sensors.
+pub struct TracedSuns {
+    /// The suns and their hours.
+    pub set: SunSet,
+    /// Cds of all sensors.
+    matrix: SunMatrix,
+    /// Suns whose numbers differ by a multiple of this have scattered errors in common.
+    error_sets: usize,
+}
+
+impl TracedSuns {
+    /// Traces the suns of a project, or takes those of an earlier run; nothing with fewer phases.
+    ///
+    /// # Errors
+    /// Failures of device and file system, or when stopped.
+    pub fn trace(context: &Context<'_>, ledger: &mut Ledger, warnings: &mut Warnings) -> Result<Option<Self>> {
+        if context.choice.phases != 5 {
+            return Ok(None);
+        }
+        let clock = Instant::now();
+        context.check_stop()?;
+        let (project, inputs) = (context.project, context.inputs);
+        let set = inputs.sun_set(project)?;
+        shade::warn_of_mirrors(inputs.shades(), warnings);
+        let (matrix, traced) = sun_matrix(context, &inputs.sensors, &set)?;
+        write_suns(context, &set)?;
+        // Through panes all suns share their cells.
+        let error_sets = if inputs.windows.iter().any(|w| w.pane.is_some()) { 1 } else { sun_options(project).path_sets as usize };
+        for group in &inputs.sensors {
+            let (name, seconds) = (format!("C_{}", group.name), clock.elapsed().as_secs_f64());
+            ledger.note(&name, [group.sensors.len(), set.census.needed], !traced, seconds, 0);
+        }
+        if traced {
+            ledger.count(matrix.statistics, clock);
+        }
+        Ok(Some(Self { set, matrix, error_sets }))
+    }
+
+    /// Cds·Ssun, lux `[sensor][hour]`: one product per hour with sun.
+    pub fn illuminance(&self) -> Matrix<f32> {
+        let hours = &self.set.hours;
+        let mut lux = Matrix::zeros(self.matrix.total.rows(), hours.len(), 1);
+        if hours.is_empty() {
+            return lux;
+        }
+        lux.data_mut().par_chunks_mut(hours.len()).enumerate().for_each(|(sensor, row)| {
+            for (value, hour) in row.iter_mut().zip(hours) {
+                if let Some((sun, radiance)) = hour {
+                    *value = (luminous(self.matrix.total.at(sensor, *sun)) * radiance) as f32;
+                }
+            }
+        });
+        lux
+    }
+
+    /// Variance of a sensor's illuminance by suns in an hour, or of its sum over the year: lx², (lx·h)².
+    /// Errors of different suns are independent in the direct part. Errors of what shades scatter are
+    /// one and the same for suns of one set. The direct term that is taken away needs no error of its own: V's and
+    /// D's, multiplied with the whole sky, bound that of the difference, which shares their rays.
+    pub fn variance(&self) -> impl Fn(usize, Option<usize>) -> f64 + Sync + '_ {
+        // Over the year a sun counts with its radiance of all hours.
+        let mut yearly = vec![0.0; self.set.suns.len()];
+        for (sun, radiance) in self.set.hours.iter().flatten() {
+            yearly[*sun] += radiance;
+        }
+        move |sensor, hour| {
+            let errors = |s: usize| (luminous(self.matrix.direct_error.at(sensor, s)), luminous(self.matrix.scattered_error.at(sensor, s)));
+            match hour {
+                Some(hour) => self.set.hours[hour].map_or(0.0, |(s, radiance)| {
+                    let (direct, scattered) = errors(s);
+                    (direct * radiance).powi(2) + (scattered * radiance).powi(2)
+                }),
+                None => {
+                    let (mut direct, mut scattered) = (0.0, vec![0.0; self.error_sets]);
+                    for (s, radiance) in yearly.iter().enumerate() {
+                        let (a, b) = errors(s);
+                        direct += (a * radiance).powi(2);
+                        scattered[s % self.error_sets] += b * radiance;
+                    }
+                    direct + scattered.iter().map(|b| b * b).sum::<f64>()
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! What the noise of V and D does to the illuminance of single hours.
+//!
+//! The product is linear in each matrix, so to first order its error is the sum of what each matrix'
+//! error does: `δI = δ[V − Vd | Vd]·[X ; X − Xsun] + [V − Vd | Vd]·δ[X ; X − Xsun]`. Every
+//! matrix comes as independent replicates ([`Estimate`](crate::simulate::sampling::estimate::Estimate)). Replicate by replicate, all entries changing
+//! together as their common rays have it, they give as many independent values of each illuminance:
+//! their mean is the result, their spread its standard error, and with R of them
+//! `(mean − truth) / error` follows Student's distribution with R − 1 degrees of freedom.
+
+use super::illuminance::illuminance;
+use crate::error::Result;
+use crate::kernels::product::{Multiplier, chain};
+use crate::matrix::Matrix;
+use crate::simulate::inputs::Differences;
+use crate::simulate::light::{Light, Skies, without_sun};
+use crate::simulate::multiply::select_columns;
+use crate::simulate::sampling::chain::Chain;
+use crate::simulate::sampling::estimate::mean_of;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Standard errors relative to the values, as fractions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EstimatedError {
+    /// Of a sensor's sum over all hours: median over the sensors.
+    pub annual_median: f64,
+    /// The largest of them.
+    pub annual_largest: f64,
+    /// Of a single daylight hour at one sensor: median.
+    pub hourly_median: f64,
+    /// Exceeded by one in twenty.
+    pub hourly_95th_percentile: f64,
+    /// Sensors.
+    pub sensors: usize,
+    /// Daylight hours.
+    pub hours: usize,
+    /// Multiply a standard error by this for the interval that holds the converged value in 95 % of
+    /// cases.
+    pub confidence_95: f64,
+    /// What `annual_largest` should be at most: asked for, or meant by the preset.
+    pub target: Option<f64>,
+    /// Whether it is.
+    pub target_met: Option<bool>,
+}
+
+/// Rows of all sensors that the deviations are measured from, and what each replicate changes in them.
+pub struct Deviations<'m> {
+    chain: &'m Chain<'m>,
+    /// Left factor of the formula, `[sensor][bin]`.
+    receivers: Matrix<f32>,
+    /// Its change by each replicate of V; empty if V is exact.
+    changes: Vec<Matrix<f32>>,
+    light: &'m Light,
+    /// Skies of the lit hours.
+    skies: Skies,
+}
+
+impl<'m> Deviations<'m> {
+    /// Deviations of a chain whose mean light is `light`.
+    pub fn new(chain: &'m Chain<'m>, light: &'m Light) -> Self {
+        let lit = |sky: &Matrix<f32>| select_columns(sky, &light.hours);
+        let skies = Skies { whole: lit(chain.sky), sun: chain.sun.map(lit) };
+        let (total, direct) = (chain.view.total(), chain.view.direct());
+        let mean_direct = mean_of(&chain.view.straight);
+        // Differences of noise have either sign.
+        let rows = |total: &Matrix<f32>, direct: &Matrix<f32>| light.receivers(total, direct, Differences::Noisy);
+        let mean = rows(&mean_of(&chain.view.replicates), &mean_direct);
+        let changes = match chain.view.replicates.len() {
+            0 | 1 => Vec::new(),
+            n => (0..n)
+                .map(|r| {
+                    let own = rows(&chain.view.replicates[r], chain.view.straight.get(r).unwrap_or(&mean_direct));
+                    own.less(&mean)
+                })
+                .collect(),
+        };
+        Self { chain, receivers: light.receivers(&total, &direct, chain.inputs.differences()), changes, light, skies }
+    }
+
+    /// What each replicate's illuminances differ from their mean by, for some sensors: `[replicate · sensor][hour]`,
+    /// lx. Nothing if all matrices are exact.
+    ///
+    /// # Errors
+    /// Failures of the multiplier's device.
+    pub fn of(&self, multiplier: &dyn Multiplier, sensors: std::ops::Range<usize>) -> Result<Option<Matrix<f32>>> {
+        let (replicates, n) = (self.chain.replicates(), sensors.len());
+        if replicates < 2 || n == 0 {
+            return Ok(None);
+        }
+        let width = self.receivers.cols() * 3;
+        let rows = |m: &Matrix<f32>| m.data()[sensors.start * width..sensors.end * width].to_vec();
+        let shaped = |data: Vec<f32>, rows: usize| Matrix::from_data(rows, self.receivers.cols(), 3, data);
+        let hours = self.light.hours.len();
+        let mut lux = match self.changes.len() {
+            0 => Matrix::zeros(replicates * n, hours, 1),
+            _ => {
+                let mut changes: Vec<f32> = self.changes.iter().flat_map(rows).collect();
+                changes.resize(replicates * n * width, 0.0);
+                illuminance(multiplier, &shaped(changes, replicates * n)?, &self.light.right)?
+            }
+        };
+        let receivers = shaped(rows(&self.receivers), n)?;
+        let mut first = 0;
+        for (number, window) in self.chain.inputs.windows.iter().enumerate() {
+            let bins = first..first + window.window.basis.len();
+            first = bins.end;
+            let seen = self.columns_of(&receivers, bins)?;
+            for r in 0..self.chain.daylight[number].replicates.len() {
+                let Some(change) = self.change_of_light(multiplier, number, r)? else { continue };
+                let part = illuminance(multiplier, &seen, &change)?;
+                let own = &mut lux.data_mut()[r * n * hours..(r + 1) * n * hours];
+                own.par_iter_mut().zip(part.data()).for_each(|(sum, v)| *sum += v);
+            }
+        }
+        Ok(Some(self.light.over_the_year(&lux)))
+    }
+
+    /// The columns of one window, in both halves of the rows.
+    fn columns_of(&self, receivers: &Matrix<f32>, bins: std::ops::Range<usize>) -> Result<Matrix<f32>> {
+        let halves = if self.light.is_split() { 2 } else { 1 };
+        let of = |half: usize| (half * self.light.bins + bins.start) * 3..(half * self.light.bins + bins.end) * 3;
+        let data = (0..receivers.rows()).flat_map(|row| (0..halves).flat_map(move |half| receivers.row(row)[of(half)].to_vec())).collect();
+        Matrix::from_data(receivers.rows(), halves * bins.len(), 3, data)
+    }
+
+    /// What a replicate of a window's D changes in the right factor of the formula; nothing if D is exact.
+    fn change_of_light(&self, multiplier: &dyn Multiplier, window: usize, replicate: usize) -> Result<Option<Matrix<f32>>> {
+        let estimate = &self.chain.daylight[window];
+        if estimate.replicates.len() < 2 {
+            return Ok(None);
+        }
+        let section = &self.chain.inputs.windows[window];
+        let transmission = section.transmission.map(|v| v as f32);
+        let through = |all: &[Matrix<f32>], sky: &Matrix<f32>| {
+            let change = all[replicate].less(&mean_of(all));
+            chain(multiplier, &[&transmission, &change, sky])
+        };
+        let all = through(&estimate.replicates, &self.skies.whole)?;
+        if !self.light.is_split() {
+            return Ok(Some(all));
+        }
+        let sun = match self.skies.sun.as_ref().filter(|_| section.is_sunny() && estimate.straight.len() > 1) {
+            Some(sun) => through(&estimate.straight, sun)?,
+            None => Matrix::zeros(all.rows(), all.cols(), 3),
+        };
+        Ok(Some(without_sun(all, &sun, Differences::Noisy)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

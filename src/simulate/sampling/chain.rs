@@ -1,0 +1,166 @@
+//! The chain V·T·D·S with its noise: the sum over the year at each sensor, and what each matrix' noise
+//! adds to its error.
+
+use super::Judgement;
+use super::estimate::{Estimate, student_95, variance_of_mean};
+use crate::matrix::Matrix;
+use crate::simulate::inputs::Inputs;
+use crate::units::ILLUMINANCE_WEIGHTS;
+use rayon::prelude::*;
+
+/// The matrices that illuminance is the product of.
+pub struct Chain<'m> {
+    /// Windows with their T.
+    pub inputs: &'m Inputs,
+    /// V of all sensors.
+    pub view: &'m Estimate,
+    /// D of each window.
+    pub daylight: &'m [Estimate],
+    /// S.
+    pub sky: &'m Matrix<f32>,
+    /// Sds, the sun's share of S: five phases take it out of what comes directly through windows whose
+    /// sun is traced.
+    pub sun: Option<&'m Matrix<f32>>,
+}
+
+/// The sum over all hours at one sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AnnualSum {
+    /// lx·h, without the sun matrix.
+    pub value: f64,
+    /// Its variance.
+    pub variance: f64,
+    /// The part of V in it, then that of each window's D.
+    pub by_source: Vec<f64>,
+}
+
+type Light = Vec<[f64; 3]>;
+
+impl Chain<'_> {
+    /// Replicates of whatever is sampled; 1 if nothing is.
+    pub fn replicates(&self) -> usize {
+        self.daylight.iter().map(|d| d.replicates.len()).max().unwrap_or(1).max(self.view.replicates.len())
+    }
+
+    /// The factor for 95 % confidence.
+    pub fn confidence_95(&self) -> f64 {
+        student_95(self.replicates() - 1)
+    }
+
+    /// The sums over all hours and their errors, exactly and for all sensors: the formula
+    /// ([`light`](crate::simulate::light)) for a sky that is the sum of all hours', per replicate.
+    pub fn annual(&self) -> Vec<AnnualSum> {
+        let year = sums_of_hours(self.sky);
+        let sun = self.sun.map(sums_of_hours);
+        // Per window and replicate of its D.
+        let at_windows: Vec<Vec<Light>> = self
+            .inputs
+            .windows
+            .par_iter()
+            .zip(self.daylight)
+            .map(|(window, d)| {
+                let t = &window.transmission;
+                let of = |r: usize| {
+                    let mut light = transmitted(t, &d.replicates[r], &year);
+                    if let Some(sun) = &sun {
+                        let direct = d.straight.get(r).or(d.straight.last()).filter(|_| window.is_sunny());
+                        let taken = direct.map_or_else(|| vec![[0.0; 3]; light.len()], |d| transmitted(t, d, sun));
+                        let rest: Light = light.iter().zip(&taken).map(|(all, sun)| less(*all, *sun)).collect();
+                        light.extend(rest);
+                    }
+                    light
+                };
+                (0..d.replicates.len()).map(of).collect()
+            })
+            .collect();
+        let rows = self.view.replicates.first().map_or(0, Matrix::rows);
+        (0..rows).into_par_iter().map(|sensor| self.annual_sum(sensor, &at_windows)).collect()
+    }
+
+    /// The columns of one window in a sensor's row of the formula's left factor, by one replicate of V.
+    fn row(&self, replicate: usize, sensor: usize, bins: std::ops::Range<usize>) -> Light {
+        let of = |m: &Matrix<f32>| -> Light { bins.clone().map(|b| std::array::from_fn(|c| f64::from(m.at(sensor, b)[c]))).collect() };
+        let whole = of(&self.view.replicates[replicate]);
+        if self.sun.is_none() {
+            return whole;
+        }
+        let direct = of(&self.view.straight[replicate.min(self.view.straight.len() - 1)]);
+        whole.iter().zip(&direct).map(|(all, direct)| less(*all, *direct)).chain(direct.iter().copied()).collect()
+    }
+
+    fn annual_sum(&self, sensor: usize, windows: &[Vec<Light>]) -> AnnualSum {
+        let replicates = self.view.replicates.len();
+        // Values of the illuminance by replicates of V, then by those of each D.
+        let mut by_view = vec![0.0; replicates];
+        let mut by_daylight = Vec::new();
+        let mut first = 0;
+        for (lights, section) in windows.iter().zip(&self.inputs.windows) {
+            let bins = first..first + section.window.basis.len();
+            first = bins.end;
+            let rows: Vec<Light> = (0..replicates).map(|r| self.row(r, sensor, bins.clone())).collect();
+            let (row, light) = (mean_light(&rows), mean_light(lights));
+            by_view.iter_mut().zip(&rows).for_each(|(value, row)| *value += lux(row, &light));
+            by_daylight.push(lights.iter().map(|light| lux(&row, light)).collect::<Vec<f64>>());
+        }
+        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
+        let value = mean(&by_view);
+        // One replicate of everything at a time.
+        let together: Vec<f64> = (0..self.replicates())
+            .map(|r| std::iter::once(&by_view).chain(&by_daylight).map(|all| all.get(r).map_or(0.0, |v| v - mean(all))).sum())
+            .collect();
+        let variance = |v: &[f64]| variance_of_mean(v.iter().copied());
+        let by_source = std::iter::once(&by_view).chain(&by_daylight).map(|v| variance(v)).collect();
+        AnnualSum { value, variance: variance(&together), by_source }
+    }
+
+    /// How good the year's sums are at the worst sensor.
+    pub fn judge(&self) -> Judgement {
+        let none = Judgement { error: 0.0, variances: vec![0.0; self.daylight.len() + 1] };
+        let relative = |a: &AnnualSum| if a.value > 0.0 { a.variance.sqrt() / a.value } else { 0.0 };
+        let worst = self.annual().into_iter().max_by(|a, b| relative(a).total_cmp(&relative(b)));
+        worst.map_or(none, |a| Judgement { error: relative(&a), variances: a.by_source })
+    }
+}
+
+fn sums_of_hours(sky: &Matrix<f32>) -> Light {
+    let patch = |p: usize| {
+        let mut sum = [0.0; 3];
+        for hour in sky.row(p).as_chunks::<3>().0 {
+            for c in 0..3 {
+                sum[c] += f64::from(hour[c]);
+            }
+        }
+        sum
+    };
+    (0..sky.rows()).into_par_iter().map(patch).collect()
+}
+
+/// T·D times one column of S.
+fn transmitted(transmission: &Matrix<f64>, daylight: &Matrix<f32>, column: &Light) -> Light {
+    let incident: Light = (0..daylight.rows()).map(|bin| times(daylight.row(bin), column)).collect();
+    (0..transmission.rows()).map(|bin| times(transmission.row(bin), &incident)).collect()
+}
+
+fn times<T: Copy + Into<f64>>(row: &[T], column: &Light) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (values, light) in row.chunks_exact(3).zip(column) {
+        for c in 0..3 {
+            sum[c] += values[c].into() * light[c];
+        }
+    }
+    sum
+}
+
+fn less(all: [f64; 3], part: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| all[c] - part[c])
+}
+
+fn mean_light(all: &[Light]) -> Light {
+    let n = all.len() as f64;
+    let bins = all.first().map_or(0, Vec::len);
+    (0..bins).map(|b| std::array::from_fn(|c| all.iter().map(|l| l[b][c]).sum::<f64>() / n)).collect()
+}
+
+fn lux(view: &[[f64; 3]], light: &[[f64; 3]]) -> f64 {
+    view.iter().zip(light).map(|(v, l)| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * v[c] * l[c]).sum::<f64>()).sum()
+}

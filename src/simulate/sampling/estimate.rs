@@ -1,0 +1,194 @@
+//! A sampled matrix as its independent replicates, which rounds of sampling make better.
+//!
+//! All entries of a matrix come from the same rays, so their errors are correlated. Replicates keep
+//! that: whatever is linear in the matrix has as many independent values as there are replicates.
+
+use crate::error::Result;
+use crate::kernels::trace::TracedMatrix;
+use crate::matrix::Matrix;
+use crate::simulate::inputs::import::Imported;
+
+/// The replicates of a matrix: batches of its kernel, each averaged over all rounds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Independent estimates of the matrix; a single one if it is exact.
+    pub replicates: Vec<Matrix<f32>>,
+    /// The same of its straight part where they are needed, else their mean alone.
+    pub straight: Vec<Matrix<f32>>,
+    /// Rounds so far.
+    pub rounds: u32,
+    /// Rays so far.
+    pub rays: u64,
+}
+
+impl From<Imported> for Estimate {
+    /// Taken for exact; without direct part where no phase asks for it.
+    fn from(given: Imported) -> Self {
+        let none = || Matrix::zeros(given.total.rows(), given.total.cols(), 3);
+        let direct = given.direct.clone().unwrap_or_else(none);
+        Estimate::exact(given.total, direct)
+    }
+}
+
+impl Estimate {
+    /// Nothing yet.
+    pub fn none() -> Self {
+        Self { replicates: Vec::new(), straight: Vec::new(), rounds: 0, rays: 0 }
+    }
+
+    /// A matrix that was not sampled, and its straight part.
+    pub fn exact(total: Matrix<f32>, straight: Matrix<f32>) -> Self {
+        Self { replicates: vec![total], straight: vec![straight], rounds: 0, rays: 0 }
+    }
+
+    /// Adds a round. Means are rounded to f32 after each, so that one read back from its file goes on
+    /// to the same bits.
+    pub fn add(&mut self, traced: TracedMatrix, keep_straight: bool) {
+        let (totals, straight): (Vec<_>, Vec<_>) = traced.batches.into_iter().map(|b| (b.total, b.direct)).unzip();
+        let straight = if keep_straight { straight } else { vec![mean_of(&straight)] };
+        if self.rounds == 0 {
+            (self.replicates, self.straight) = (totals, straight);
+        } else {
+            let n = f64::from(self.rounds);
+            let pairs = self.replicates.iter_mut().zip(&totals).chain(self.straight.iter_mut().zip(&straight));
+            for (mean, new) in pairs {
+                for (m, &v) in mean.data_mut().iter_mut().zip(new.data()) {
+                    *m = ((f64::from(*m) * n + f64::from(v)) / (n + 1.0)) as f32;
+                }
+            }
+        }
+        self.rounds += 1;
+        self.rays += traced.statistics.segments;
+    }
+
+    /// The matrix.
+    pub fn total(&self) -> Matrix<f32> {
+        mean_of(&self.replicates)
+    }
+
+    /// What arrives straight, never more than the whole; as it was given if it was not sampled.
+    pub fn direct(&self) -> Matrix<f32> {
+        let mut direct = mean_of(&self.straight);
+        if self.rounds == 0 {
+            return direct;
+        }
+        for (d, t) in direct.data_mut().iter_mut().zip(self.total().data()) {
+            *d = d.min(*t);
+        }
+        direct
+    }
+
+    /// Standard error of each entry.
+    pub fn standard_error(&self) -> Matrix<f32> {
+        let values = |i: usize| self.replicates.iter().map(move |m| f64::from(m.data()[i]));
+        let first = &self.replicates[0];
+        let data = (0..first.data().len()).map(|i| variance_of_mean(values(i)).sqrt() as f32).collect();
+        Matrix::from_data(first.rows(), first.cols(), first.components(), data).expect("the shape of the replicates")
+    }
+
+    /// Everything in one matrix, for a file: replicates, then the straight part, one below the other.
+    pub fn stacked(&self) -> Result<Matrix<f32>> {
+        let first = &self.replicates[0];
+        let all = self.replicates.iter().chain(&self.straight);
+        let data: Vec<f32> = all.flat_map(|m| m.data()).copied().collect();
+        Matrix::from_data(first.rows() * (self.replicates.len() + self.straight.len()), first.cols(), first.components(), data)
+    }
+
+    /// The inverse of [`stacked`](Self::stacked) for matrices of so many `rows`, `straight` of them
+    /// the straight part.
+    pub fn unstacked(stacked: &Matrix<f32>, rows: usize, straight: usize, rounds: u32, rays: u64) -> Result<Self> {
+        let values = rows * stacked.cols() * stacked.components();
+        let mut parts = stacked
+            .data()
+            .chunks_exact(values.max(1))
+            .map(|part| Matrix::from_data(rows, stacked.cols(), stacked.components(), part.to_vec()))
+            .collect::<Result<Vec<_>>>()?;
+        let straight = parts.split_off(parts.len().saturating_sub(straight));
+        Ok(Self { replicates: parts, straight, rounds, rays })
+    }
+}
+
+/// The mean of some matrices of one shape, summed in f64.
+///
+/// # Panics
+/// Without any.
+pub fn mean_of(matrices: &[Matrix<f32>]) -> Matrix<f32> {
+    let first = &matrices[0];
+    if matrices.len() == 1 {
+        return first.clone();
+    }
+    let n = matrices.len() as f64;
+    let data = (0..first.data().len()).map(|i| (matrices.iter().map(|m| f64::from(m.data()[i])).sum::<f64>() / n) as f32).collect();
+    Matrix::from_data(first.rows(), first.cols(), first.components(), data).expect("the shape of the replicates")
+}
+
+/// Variance of the mean of independent values; 0 of a single one, which is exact.
+pub fn variance_of_mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = values.clone().count() as f64;
+    if n < 2.0 {
+        return 0.0;
+    }
+    let mean = values.clone().sum::<f64>() / n;
+    values.map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0))
+}
+
+/// The factor of Student's distribution: a mean of normal values with `freedom` degrees of freedom
+/// lies within so many of its standard errors of the truth in 95 % of cases. Two-sided quantiles
+/// (Abramowitz and Stegun 1964, table 26.10) up to 10, then Fisher's expansion about the normal
+/// distribution (ibid. 26.7.5), which differs by less than 1e-4 there.
+pub fn student_95(freedom: usize) -> f64 {
+    const FEW: [f64; 10] = [12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281];
+    match freedom {
+        0 => f64::INFINITY,
+        1..=10 => FEW[freedom - 1],
+        _ => {
+            let (x, n) = (1.959_964f64, freedom as f64);
+            let g1 = (x.powi(3) + x) / 4.0;
+            let g2 = (5.0 * x.powi(5) + 16.0 * x.powi(3) + 3.0 * x) / 96.0;
+            let g3 = (3.0 * x.powi(7) + 19.0 * x.powi(5) + 17.0 * x.powi(3) - 15.0 * x) / 384.0;
+            x + g1 / n + g2 / (n * n) + g3 / n.powi(3)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::trace::{TraceStatistics, TracedBatch};
+
+    fn traced(totals: [f32; 2], direct: [f32; 2]) -> TracedMatrix {
+        let one = |v: f32| Matrix::from_data(1, 1, 1, vec![v]).unwrap();
+        let batches = totals.iter().zip(direct).map(|(&t, d)| TracedBatch { total: one(t), direct: one(d) }).collect();
+        let statistics = TraceStatistics { paths: 10, segments: 20 };
+        TracedMatrix { total: one(0.0), direct: one(0.0), standard_error: one(0.0), batches, statistics }
+    }
+
+    #[test]
+    fn replicates_average_over_rounds_and_their_spread_is_the_error() {
+        let mut e = Estimate::none();
+        e.add(traced([1.0, 3.0], [0.5, 0.7]), true);
+        assert_eq!((e.total().data(), e.standard_error().data()), (&[2.0][..], &[1.0][..]));
+        e.add(traced([5.0, 1.0], [0.5, 0.1]), true);
+        // Replicates 3 and 2.
+        assert_eq!((e.total().data(), e.standard_error().data()), (&[2.5][..], &[0.5][..]));
+        assert_eq!((e.direct().data(), e.rounds, e.rays), (&[0.45][..], 2, 40));
+        let back = Estimate::unstacked(&e.stacked().unwrap(), 1, 2, 2, 40).unwrap();
+        assert_eq!(back, e);
+        let mut mean_only = Estimate::none();
+        mean_only.add(traced([1.0, 3.0], [0.5, 0.7]), false);
+        assert_eq!((mean_only.straight.len(), mean_only.direct().data()), (1, &[0.6][..]));
+    }
+
+    #[test]
+    fn what_is_exact_has_no_error() {
+        let m = Matrix::from_data(1, 2, 1, vec![1.0, 2.0]).unwrap();
+        assert_eq!(Estimate::exact(m.clone(), m).standard_error().data(), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn students_factors_are_those_of_the_tables() {
+        for (freedom, wanted) in [(1, 12.706), (7, 2.365), (11, 2.201), (15, 2.131), (30, 2.042), (120, 1.980), (100_000, 1.960)] {
+            assert!((student_95(freedom) - wanted).abs() < 6e-4, "{freedom}: {}", student_95(freedom));
+        }
+    }
+}

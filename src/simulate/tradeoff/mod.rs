@@ -1,0 +1,430 @@
+//! Error against time: one setting after the other is changed, and the results are compared with a
+//! reference that nothing is saved on.
+//!
+//! | column | meaning |
+//! |---|---|
+//! | `seconds` | wall clock of S, V, D, Cds and their product, without reading and writing |
+//! | `illuminance_error` | distance of hourly illuminances from the reference's at a sensor, root mean square over that of the reference; median over the sensors |
+//! | `annual_error` | distance of the year's sum, relative; median over the sensors |
+//! | `glare_seconds` | S, D, the pictures' V, and the glare of all hours |
+//! | `dgp_error` | distance of DGP in lit hours, root mean square over all views |
+
+mod report;
+
+pub use report::{Choice, front, recommended, write};
+
+use crate::bins::{AngleBasis, KlemsBasis, ReinhartSky};
+use crate::bsdf::{self, Block, Component, resample::to_klems};
+use crate::error::{Error, Result, Warnings};
+use crate::gpu::Device;
+use crate::kernels::product::Multiplier;
+use crate::matrix::Matrix;
+use crate::matrix::file::read_matrix;
+use crate::progress::{Progress, Silent};
+use crate::simulate::inputs::{Inputs, in_colour};
+use crate::simulate::light::multiply;
+use crate::simulate::project::Project;
+use crate::simulate::project::method::Phases;
+use crate::simulate::project::method::SunScheme;
+use crate::simulate::results::illuminance::illuminance as lux_of;
+use crate::simulate::run::run;
+use crate::simulate::sampling::rounds::Part;
+use crate::sky::{SkyOptions, sky_matrix};
+use std::path::Path;
+
+/// What is asked of a setting that is recommended.
+pub const TARGET: f64 = 0.02;
+/// DGP's, absolute: a tenth of the distance between two classes of glare.
+pub const DGP_TARGET: f64 = 0.005;
+
+/// What is changed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Knob {
+    /// Samples of everything, as a multiple of `preset = "standard"`.
+    Samples(f64),
+    /// Limit of diffuse reflections, Radiance's `-ab`.
+    Bounces(u32),
+    /// Basis of the windows.
+    Basis(KlemsBasis),
+    /// Reinhart subdivision of the sky, and samples with it.
+    Sky(usize, f64),
+    /// Width and height of pictures, as a multiple of the project's.
+    Picture(f64),
+    /// Three phases where the project has five.
+    ThreePhase,
+    /// Suns at patches of MF:n.
+    Suns(usize),
+    /// Suns where they are.
+    HourlySuns,
+}
+
+impl Knob {
+    /// The family it belongs to, and its value.
+    pub fn names(&self) -> (&'static str, String) {
+        match self {
+            Self::Samples(scale) => ("samples", multiple(*scale)),
+            Self::Bounces(n) => ("bounces", n.to_string()),
+            Self::Basis(basis) => ("basis", basis.xml_name().rsplit([' ', '/']).next().unwrap_or_default().to_lowercase()),
+            Self::Sky(n, 1.0) => ("sky", format!("MF:{n}")),
+            Self::Sky(n, scale) => ("sky", format!("MF:{n} x{}", multiple(*scale))),
+            Self::Picture(scale) => ("picture", format!("{scale}")),
+            Self::ThreePhase => ("method", "three phases".into()),
+            Self::Suns(n) => ("method", format!("suns MF:{n}")),
+            Self::HourlySuns => ("method", "hourly suns".into()),
+        }
+    }
+
+    /// Whether pictures are all that it changes.
+    fn is_for_pictures(&self) -> bool {
+        matches!(self, Self::Picture(_))
+    }
+}
+
+fn multiple(scale: f64) -> String {
+    if scale < 1.0 { format!("1/{:.0}", 1.0 / scale) } else { format!("{scale:.0}") }
+}
+
+/// The sky of all settings that do not change it.
+fn finest(project: &Project) -> usize {
+    project.method.sky.subdivision().max(4)
+}
+
+/// One setting's time and error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// `lucarne` or another program.
+    pub program: String,
+    /// What was changed.
+    pub knob: String,
+    /// To what.
+    pub value: String,
+    /// Seconds for illuminance, and its errors; nothing where the setting does not touch it.
+    pub illuminance: Option<Measured>,
+    /// Seconds for glare, and the error of DGP.
+    pub glare: Option<(f64, f64)>,
+}
+
+/// Time and errors of illuminance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// Seconds.
+    pub seconds: f64,
+    /// Hourly error.
+    pub hourly: f64,
+    /// Annual error.
+    pub annual: f64,
+}
+
+/// What a run came to.
+struct Outcome {
+    lux: Matrix<f32>,
+    dgp: Option<Matrix<f32>>,
+    seconds: f64,
+    glare_seconds: f64,
+}
+
+/// A project, and the device that runs it.
+pub struct Sweep<'a> {
+    /// Where the kernels run.
+    pub device: &'a Device,
+    /// The project as it is; its own setting is the middle of the sweep.
+    pub project: &'a Project,
+    /// Its files.
+    pub inputs: &'a Inputs,
+    /// Where everything is written.
+    pub folder: &'a Path,
+    /// Settings to try.
+    pub knobs: Vec<Knob>,
+}
+
+/// All settings that make sense for a project: around its own method with a fine sky, at standard
+/// quality.
+pub fn knobs(project: &Project, inputs: &Inputs) -> Vec<Knob> {
+    let mut all: Vec<Knob> = [1.0 / 16.0, 0.25, 1.0].map(Knob::Samples).to_vec();
+    all.extend([1, 2, 4].map(Knob::Bounces));
+    let bins = inputs.windows.iter().map(|w| w.window.basis.len()).max().unwrap_or(0);
+    let coarser = [KlemsBasis::Half, KlemsBasis::Quarter].into_iter().filter(|b| AngleBasis::from(*b).len() < bins);
+    all.extend(coarser.map(Knob::Basis));
+    all.extend([(1, 1.0 / 16.0), (1, 1.0), (2, 1.0)].map(|(n, scale)| Knob::Sky(n, scale)));
+    if !project.views.is_empty() && project.glare.is_some() {
+        all.extend([0.5, 2.0].map(Knob::Picture));
+    }
+    if project.method.choice(&project.windows).phases == 5 {
+        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns]);
+    }
+    all
+}
+
+impl Sweep<'_> {
+    /// Runs the reference and every setting; `others` are measured against the same reference, given
+    /// the reference's illuminance. The files of each run are removed after it.
+    ///
+    /// # Errors
+    /// Failures of a run, of the file system, or when stopped.
+    pub fn run(
+        &self,
+        progress: &dyn Progress,
+        warnings: &mut Warnings,
+        others: &mut dyn FnMut(&Reference<'_>, &dyn Progress) -> Result<Vec<Point>>,
+    ) -> Result<Vec<Point>> {
+        // Shares of the time, roughly: the reference counts as many.
+        const REFERENCE_PARTS: usize = 6;
+        let count = self.knobs.len() + REFERENCE_PARTS + 2;
+        let (project, inputs) = self.reference()?;
+        let reference = self.outcome(&project, &inputs, "reference", &Wide(progress, 0, REFERENCE_PARTS, count), warnings)?;
+        // The driver compiles shaders when they are first used: not on the first setting's time.
+        let (project, inputs) = self.changed(Knob::Samples(1.0 / 64.0))?;
+        self.outcome(&project, &inputs, "warming up", &Wide(progress, REFERENCE_PARTS, 1, count), warnings)?;
+        let mut points = Vec::new();
+        for (i, &knob) in self.knobs.iter().enumerate() {
+            let part = Part::of(progress, REFERENCE_PARTS + 1 + i, count);
+            let (project, inputs) = self.changed(knob)?;
+            let (name, value) = knob.names();
+            let found = self.outcome(&project, &inputs, &format!("{name} {value}"), &part, warnings)?;
+            let measured = (!knob.is_for_pictures() && found.lux.rows() > 0).then(|| {
+                let (hourly, annual) = distance(&found.lux, &reference.lux);
+                Measured { seconds: found.seconds, hourly, annual }
+            });
+            let glare = found.dgp.as_ref().zip(reference.dgp.as_ref()).map(|(found_dgp, dgp)| {
+                let squares: f64 = found_dgp.data().iter().zip(dgp.data()).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+                let lit = found.lux.cols().min(dgp.cols()).max(1) as f64 * dgp.rows().max(1) as f64;
+                (found.glare_seconds, (squares / lit).sqrt())
+            });
+            points.push(Point { program: "lucarne".into(), knob: name.into(), value, illuminance: measured, glare });
+        }
+        let project = self.plain()?;
+        let shown = Reference { lux: &reference.lux, project: &project };
+        points.extend(others(&shown, &Part::of(progress, count - 1, count))?);
+        Ok(points)
+    }
+
+    /// The project with nothing saved on, and with other random numbers.
+    fn reference(&self) -> Result<(Project, Inputs)> {
+        let mut project = self.plain()?;
+        // A third of the noise of the best setting: it adds 6 % to the error that is found.
+        let most = self.knobs.iter().map(|k| if let Knob::Samples(scale) = k { *scale } else { 1.0 / 16.0 }).fold(0.25, f64::max);
+        project.quality.scale = 8.0 * most;
+        project.quality.seed = project.quality.seed.wrapping_add(0x5eed);
+        project.method.bounces = None;
+        if project.method.choice(&project.windows).phases == 5 {
+            project.method.suns = SunScheme::HOURLY;
+        }
+        for view in &mut project.views {
+            view.resolution = view.resolution.map(|n| n * 2);
+        }
+        Ok((project, self.inputs.clone()))
+    }
+
+    /// The project at standard quality, without pictures for people.
+    fn plain(&self) -> Result<Project> {
+        let mut project = self.project.clone();
+        project.method.sky = ReinhartSky::new(finest(&project))?;
+        let seed = project.quality.seed;
+        project.quality = crate::simulate::project::QualitySection { seed, ..Default::default() };
+        project.images.hours = crate::simulate::project::views::ImageHours::None;
+        if project.glare.is_none() {
+            project.views.clear();
+        }
+        Ok(project)
+    }
+
+    fn changed(&self, knob: Knob) -> Result<(Project, Inputs)> {
+        let (mut project, mut inputs) = (self.plain()?, self.inputs.clone());
+        match knob {
+            Knob::Samples(scale) => project.quality.scale = scale,
+            Knob::Bounces(n) => project.method.bounces = Some(n),
+            Knob::Sky(n, scale) => {
+                project.method.sky = ReinhartSky::new(n)?;
+                project.quality.scale = scale;
+            }
+            Knob::Picture(scale) => {
+                for view in &mut project.views {
+                    view.resolution = view.resolution.map(|n| ((n as f64 * scale) as usize).max(8));
+                }
+            }
+            Knob::ThreePhase => project.method.phases = Phases::Three,
+            Knob::Suns(n) => project.method.suns = SunScheme::Patches(ReinhartSky::new(n)?),
+            Knob::HourlySuns => project.method.suns = SunScheme::HOURLY,
+            Knob::Basis(basis) => rebase(&mut inputs, &project, &basis.into())?,
+        }
+        Ok((project, inputs))
+    }
+
+    fn outcome(&self, project: &Project, inputs: &Inputs, name: &str, progress: &dyn Progress, warnings: &mut Warnings) -> Result<Outcome> {
+        let folder = self.folder.join("run");
+        let gone = |folder: &Path| match std::fs::remove_dir_all(folder) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(folder, &e)),
+            _ => Ok(()),
+        };
+        gone(&folder)?;
+        // Every run would repeat the project's warnings.
+        let mut own = Warnings::new();
+        let named = Named(progress, name);
+        let result = run(self.device, project, inputs, &folder, &named, &mut own).and_then(|summary| {
+            let mut parts = Vec::new();
+            for group in &inputs.sensors {
+                parts.extend(read_matrix(&folder.join(format!("illuminance/{}.mtx", group.name)))?.matrix.into_data());
+            }
+            let hours = inputs.weather.records.len();
+            let lux = Matrix::from_data(parts.len() / hours.max(1), hours, 1, parts)?;
+            let dgp = match &summary.glare {
+                Some(glare) if glare.states == 1 => Some(read_matrix(&folder.join(format!("glare/{}.dgp", glare.method)))?.matrix),
+                _ => None,
+            };
+            let s = summary.seconds;
+            let pictured: f64 = summary
+                .matrices
+                .iter()
+                .filter(|m| project.views.iter().any(|v| m.name == format!("V_{}", v.name)))
+                .map(|m| m.seconds)
+                .sum();
+            Ok(Outcome {
+                lux,
+                dgp,
+                seconds: s.sky + s.view + s.daylight + s.suns + s.product,
+                glare_seconds: s.sky + s.daylight + pictured + s.glare,
+            })
+        });
+        gone(&folder)?;
+        if warnings.is_empty() {
+            own.iter().filter(|w| !w.message().contains("standard error")).for_each(|w| warnings.push(w.clone()));
+        }
+        result
+    }
+}
+
+/// What other programs are measured against.
+pub struct Reference<'a> {
+    lux: &'a Matrix<f32>,
+    /// The project as all settings have it that do not change the sky.
+    pub project: &'a Project,
+}
+
+impl Reference<'_> {
+    /// Hourly and annual error of illuminances `[sensor][hour]`.
+    pub fn distance(&self, lux: &Matrix<f32>) -> (f64, f64) {
+        distance(lux, self.lux)
+    }
+}
+
+/// Illuminance of all sensors, lx, from V and D of each window as another program made them, with this
+/// project's T and S.
+///
+/// # Errors
+/// Matrices that do not fit, failures of the multiplier's device.
+pub fn illuminance(
+    project: &Project,
+    inputs: &Inputs,
+    matrices: &[(Matrix<f32>, Matrix<f32>)],
+    multiplier: &dyn Multiplier,
+) -> Result<Matrix<f32>> {
+    let options = SkyOptions { subdivision: project.method.sky.subdivision(), ..SkyOptions::default() };
+    let sky = sky_matrix(&inputs.weather, &options, &Silent)?;
+    let mut lux: Option<Matrix<f32>> = None;
+    for (window, (v, d)) in inputs.windows.iter().zip(matrices) {
+        let t = &window.transmission;
+        if (v.cols(), d.rows(), d.cols(), v.components(), d.components()) != (t.rows(), t.cols(), sky.rows(), 3, 3) {
+            return Err(Error::new(format!(
+                "the matrices of window '{}' do not fit: V {} x {}, D {} x {}",
+                window.name,
+                v.rows(),
+                v.cols(),
+                d.rows(),
+                d.cols()
+            )));
+        }
+        let part = lux_of(multiplier, &multiply(v, &multiply(t, d)), &sky)?;
+        match &mut lux {
+            None => lux = Some(part),
+            Some(sum) => sum.data_mut().iter_mut().zip(part.data()).for_each(|(s, p)| *s += p),
+        }
+    }
+    lux.ok_or_else(|| Error::new("there is no window"))
+}
+
+/// Medians over the sensors of the root mean square distance of the hours and of that of the sums,
+/// relative to the reference.
+fn distance(found: &Matrix<f32>, reference: &Matrix<f32>) -> (f64, f64) {
+    let (mut hourly, mut annual) = (Vec::new(), Vec::new());
+    for sensor in 0..reference.rows().min(found.rows()) {
+        let (mut squares, mut of, mut sum, mut wanted) = (0.0, 0.0, 0.0, 0.0);
+        for (a, b) in found.row(sensor).iter().zip(reference.row(sensor)) {
+            let (a, b) = (f64::from(*a), f64::from(*b));
+            squares += (a - b).powi(2);
+            of += b * b;
+            sum += a;
+            wanted += b;
+        }
+        if of > 0.0 {
+            hourly.push((squares / of).sqrt());
+            annual.push((sum / wanted - 1.0).abs());
+        }
+    }
+    let median = |mut v: Vec<f64>| {
+        v.sort_by(f64::total_cmp);
+        v.get(v.len() / 2).copied().unwrap_or(0.0)
+    };
+    (median(hourly), median(annual))
+}
+
+/// Windows and transmissions over another basis.
+fn rebase(inputs: &mut Inputs, project: &Project, basis: &AngleBasis) -> Result<()> {
+    for window in &mut inputs.windows {
+        let section = project
+            .windows
+            .iter()
+            .find(|s| window.name == s.name || window.name.starts_with(&format!("{}-", s.name)))
+            .ok_or_else(|| Error::new(format!("window '{}' belongs to no [[window]]", window.name)))?;
+        let mut data = bsdf::read(&section.bsdf, &mut Warnings::new())?;
+        for blocks in [&mut data.visible, &mut data.cie_x, &mut data.cie_z] {
+            for component in [Component::TransmissionFront, Component::TransmissionBack] {
+                let slot = blocks.slot(component);
+                *slot = slot.take().map(|block| Block::Klems(to_klems(&block, basis, basis)));
+            }
+        }
+        window.transmission = in_colour(bsdf::transmission_matrix(&data).map_err(|e| e.file(&section.bsdf))?);
+        window.window.basis = basis.clone();
+        window.states.clear();
+    }
+    Ok(())
+}
+
+/// Some parts of a whole at once: first, how many, of how many.
+struct Wide<'a>(&'a dyn Progress, usize, usize, usize);
+
+impl Progress for Wide<'_> {
+    fn update(&self, stage: &str, fraction: f64) {
+        self.0.update(stage, (self.1 as f64 + fraction.clamp(0.0, 1.0) * self.2 as f64) / self.3 as f64);
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.0.stop_requested()
+    }
+}
+
+/// Names the setting in front of every stage. Stages of a run follow each other without end; that they
+/// go on is all that is told.
+struct Named<'a>(&'a dyn Progress, &'a str);
+
+impl Progress for Named<'_> {
+    fn update(&self, stage: &str, fraction: f64) {
+        self.0.update(&format!("{}: {stage}", self.1), fraction);
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.0.stop_requested()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_relative_to_the_reference() {
+        let reference = Matrix::from_data(1, 2, 1, vec![3.0f32, 4.0]).unwrap();
+        let found = Matrix::from_data(1, 2, 1, vec![3.0f32, 4.5]).unwrap();
+        let (hourly, annual) = distance(&found, &reference);
+        assert!((hourly - 0.1).abs() < 1e-12 && (annual - 0.5 / 7.0).abs() < 1e-12);
+    }
+}
