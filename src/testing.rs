@@ -1,26 +1,104 @@
-//! What unit tests share: where the optional reference data and Radiance's programs are.
+//! What tests share: whether a device, Radiance and the reference data are there, and the record of what
+//! was not run for want of them.
 //!
-//! Tests that need either call these and return when they are absent; the reason is then on
-//! standard error, so that a skipped test is never silent.
+//! The unit tests have this file as a module, integration tests include it by its path. A test that
+//! lacks something calls [`skip`] (or a function here that does) and returns. Every skip is a line in
+//! `target/skipped.txt`, which `make test` counts and shows at its end: libtest swallows what passing
+//! tests print. `LUCARNE_REQUIRE=gpu,radiance,shared,pywincalc` (or some of them) makes it a failure.
+#![allow(dead_code, reason = "not every test that includes this file needs all of it")]
 
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
+/// What a test may need that a machine may lack.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// A device that kernels run on.
+    Gpu,
+    /// Radiance's programs, Python package `pyradiance`.
+    Radiance,
+    /// The folder of reference data.
+    Shared,
+    /// WINDOW's engine, Python package `pywincalc`.
+    Pywincalc,
+}
+
+impl Need {
+    /// Its word in `LUCARNE_REQUIRE`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Gpu => "gpu",
+            Self::Radiance => "radiance",
+            Self::Shared => "shared",
+            Self::Pywincalc => "pywincalc",
+        }
+    }
+
+    /// Whether a list as `LUCARNE_REQUIRE` has it names it.
+    pub fn is_in(self, list: &str) -> bool {
+        list.split([',', ' ']).any(|word| word == self.word())
+    }
+}
+
+/// Notes that the running test is not run.
+///
+/// # Panics
+/// If `LUCARNE_REQUIRE` says that what it needs must be there.
+pub fn skip(need: Need, why: &dyn Display) {
+    let required = std::env::var("LUCARNE_REQUIRE").unwrap_or_default();
+    assert!(!need.is_in(&required), "LUCARNE_REQUIRE names {}, but {why}", need.word());
+    note(&format_args!("needs {}: {why}", need.word()));
+}
+
+/// Notes that a part of the running test was not run, for a reason that nothing can be required for.
+pub fn note(why: &dyn Display) {
+    let line = format!("{}: {why}\n", std::thread::current().name().unwrap_or("a test"));
+    eprint!("SKIPPED {line}");
+    let path = skipped_list();
+    let written = std::fs::OpenOptions::new().append(true).create(true).open(&path).and_then(|mut f| f.write_all(line.as_bytes()));
+    written.unwrap_or_else(|e| panic!("{}: {e}: a skipped test must be counted", path.display()));
+}
+
+/// Where skips are listed.
+pub fn skipped_list() -> PathBuf {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = if own.ends_with("viewer") { own.parent().unwrap_or(own) } else { own };
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    let _ = std::fs::create_dir_all(&target);
+    target.join("skipped.txt")
+}
+
+/// The device that was found, or a skip of `what`.
+pub fn device<D, E: Display>(found: Result<D, E>, what: &str) -> Option<D> {
+    found.map_err(|error| skip(Need::Gpu, &format_args!("{what}: {error}"))).ok()
+}
+
+/// Whether the program finds a device to run on, or a skip.
+pub fn has_device(program: &str) -> bool {
+    static FOUND: OnceLock<bool> = OnceLock::new();
+    let found = *FOUND.get_or_init(|| Command::new(program).arg("devices").output().is_ok_and(|out| out.status.success()));
+    if !found {
+        skip(Need::Gpu, &"no device was found");
+    }
+    found
+}
+
 /// The folder of reference data: `LUCARNE_SHARED`, else `../shared` beside the repository.
-#[allow(dead_code, reason = "used as soon as a test needs reference data")]
 pub fn shared() -> Option<PathBuf> {
-    let folder =
-        std::env::var_os("LUCARNE_SHARED").map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")), PathBuf::from);
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
+    let folder = std::env::var_os("LUCARNE_SHARED").map_or_else(|| PathBuf::from(beside), PathBuf::from);
     if folder.join("data").is_dir() {
         return Some(folder);
     }
-    eprintln!("SKIPPED a test: no reference data at {}", folder.display());
+    skip(Need::Shared, &format_args!("no reference data at {}", folder.display()));
     None
 }
 
-/// Radiance's programs and library as installed by the Python package `pyradiance`.
-pub fn radiance(program: &str) -> Option<Command> {
+/// The folder of the Python package `pyradiance`, with `bin` and `lib`, or a skip.
+pub fn radiance_folder() -> Option<&'static Path> {
     static FOLDER: OnceLock<Option<PathBuf>> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
         let find = "import pyradiance,os;print(os.path.dirname(pyradiance.__file__),end='')";
@@ -28,10 +106,15 @@ pub fn radiance(program: &str) -> Option<Command> {
         let folder = PathBuf::from(String::from_utf8(out.stdout).ok()?);
         folder.join("bin").is_dir().then_some(folder)
     });
-    let Some(folder) = folder else {
-        eprintln!("SKIPPED a test: Radiance (pyradiance) is not installed, {program} is needed");
-        return None;
-    };
+    if folder.is_none() {
+        skip(Need::Radiance, &"Radiance (pyradiance) is not installed");
+    }
+    folder.as_deref()
+}
+
+/// One of Radiance's programs, or a skip.
+pub fn radiance(program: &str) -> Option<Command> {
+    let folder = radiance_folder()?;
     let mut command = Command::new(folder.join("bin").join(program));
     command.env("RAYPATH", format!(".:{}", folder.join("lib").display()));
     let path = std::env::var("PATH").unwrap_or_default();
@@ -49,17 +132,33 @@ pub fn output(command: &mut Command) -> Vec<u8> {
     out.stdout
 }
 
-/// Standard output of a Python script that uses `pywincalc` (the engine of WINDOW).
+/// Whether `pywincalc` (the engine of WINDOW) is there, or a skip.
+pub fn has_pywincalc() -> bool {
+    static FOUND: OnceLock<bool> = OnceLock::new();
+    let found = *FOUND.get_or_init(|| {
+        Command::new("python3").args(["-c", "import pywincalc, numpy"]).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
+    });
+    if !found {
+        skip(Need::Pywincalc, &"pywincalc or numpy is not installed");
+    }
+    found
+}
+
+/// Standard output of a Python script that uses `pywincalc`, or a skip.
 ///
 /// # Panics
 /// If pywincalc is installed and the script fails.
-#[allow(dead_code, reason = "not every test that includes this file needs it")]
 pub fn pywincalc(script: &str) -> Option<Vec<u8>> {
-    let installed =
-        Command::new("python3").args(["-c", "import pywincalc, numpy"]).stderr(Stdio::null()).status().is_ok_and(|s| s.success());
-    if !installed {
-        eprintln!("SKIPPED a test: pywincalc is not installed");
-        return None;
+    has_pywincalc().then(|| output(Command::new("python3").args(["-c", script])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Need;
+
+    #[test]
+    fn what_must_be_there_is_told_by_its_word() {
+        assert!(Need::Gpu.is_in("gpu") && Need::Shared.is_in("gpu,radiance,shared") && Need::Radiance.is_in("gpu, radiance"));
+        assert!(!Need::Gpu.is_in("") && !Need::Gpu.is_in("gpus,radiance"));
     }
-    Some(output(Command::new("python3").args(["-c", script])))
 }

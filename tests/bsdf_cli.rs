@@ -6,7 +6,9 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::OnceLock;
+
+#[path = "../src/testing.rs"]
+mod testing;
 
 fn lucarne(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_lucarne")).args(arguments).current_dir(folder).stdin(Stdio::null()).output().unwrap()
@@ -26,15 +28,9 @@ fn samples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/bsdf")
 }
 
-/// Whether kernels can run here; says so when they cannot, fails where they must.
+/// Whether kernels can run here, or a skip.
 fn has_device() -> bool {
-    static FOUND: OnceLock<bool> = OnceLock::new();
-    let found = *FOUND.get_or_init(|| lucarne(Path::new("."), &["devices"]).status.success());
-    if !found {
-        assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "no device was found, and LUCARNE_REQUIRE_GPU is set");
-        eprintln!("SKIPPED a test: no device");
-    }
-    found
+    testing::has_device(env!("CARGO_BIN_EXE_lucarne"))
 }
 
 fn read(path: &Path) -> Bsdf {
@@ -372,7 +368,7 @@ fn an_interrupted_generation_goes_on_to_the_same_bits() {
     if stopped_on_the_way {
         assert!(text(&again.stderr).contains("going on after"), "{}", text(&again.stderr));
     } else {
-        eprintln!("SKIPPED half a test: the generation was done before it could be stopped");
+        testing::note(&"half of it: the generation was done before it could be stopped");
     }
     let data = |name: &str| {
         let content = fs::read_to_string(folder.path().join(name)).unwrap();
@@ -382,16 +378,8 @@ fn an_interrupted_generation_goes_on_to_the_same_bits() {
     assert!(!folder.path().join("again.xml.resume").exists());
 }
 
-/// Radiance's programs as the Python package `pyradiance` brings them.
 fn radiance() -> Option<PathBuf> {
-    let find = "import pyradiance,os;print(os.path.dirname(pyradiance.__file__),end='')";
-    let out = Command::new("python3").args(["-c", find]).stderr(Stdio::null()).output().ok()?;
-    let folder = PathBuf::from(text(&out.stdout));
-    if folder.join("bin").is_dir() {
-        return Some(folder);
-    }
-    eprintln!("SKIPPED a test: Radiance (pyradiance) is not installed");
-    None
+    testing::radiance_folder().map(Path::to_path_buf)
 }
 
 /// Runs a command and gives its standard output and its processor time, in seconds.
@@ -443,11 +431,8 @@ fn genbsdf(folder: &Path, radiance: &Path, samples: &str) -> (Vec<f64>, f64) {
 
 #[test]
 fn generate_meets_genbsdf_on_the_tutorials_blinds_in_a_twentieth_of_its_time() {
-    let bsdfs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/tutorial_room/bsdf");
-    if !bsdfs.is_dir() {
-        eprintln!("SKIPPED a test: no reference data at {}", bsdfs.display());
-        return;
-    }
+    let Some(shared) = testing::shared() else { return };
+    let bsdfs = shared.join("data/tutorial_room/bsdf");
     let Some(radiance) = radiance() else { return };
     if !has_device() {
         return;

@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::OnceLock;
+
+#[path = "../src/testing.rs"]
+mod testing;
 
 fn lucarne(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_lucarne")).args(arguments).current_dir(folder).stdin(Stdio::null()).output().unwrap()
@@ -13,16 +15,9 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).to_string()
 }
 
-/// Whether kernels can run here. Says so when they cannot; fails where they must
-/// (`LUCARNE_REQUIRE_GPU=1`).
+/// Whether kernels can run here, or a skip.
 fn has_device() -> bool {
-    static FOUND: OnceLock<bool> = OnceLock::new();
-    let found = *FOUND.get_or_init(|| lucarne(Path::new("."), &["devices"]).status.success());
-    if !found {
-        assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "no device was found, and LUCARNE_REQUIRE_GPU is set");
-        eprintln!("SKIPPED a test: no device");
-    }
-    found
+    testing::has_device(env!("CARGO_BIN_EXE_lucarne"))
 }
 
 /// A small room with a project: fast even on a processor. Everything a case does not change is sound.

@@ -12,27 +12,13 @@ const FISHEYE: &str = "-vta -vp 0 0 0 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180";
 // ---- Radiance and reference data ----
 
 /// evalglare of the Python package `pyradiance`, or a loud skip.
-fn evalglare() -> Option<Command> {
-    static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let program = PROGRAM.get_or_init(|| {
-        let find = "import pyradiance,os;print(os.path.dirname(pyradiance.__file__),end='')";
-        let found = Command::new("python3").args(["-c", find]).stderr(Stdio::null()).output().ok().filter(|o| o.status.success())?;
-        let program = Path::new(&*String::from_utf8_lossy(&found.stdout)).join("bin/evalglare");
-        program.is_file().then_some(program)
-    });
-    if program.is_none() {
-        eprintln!("SKIPPED a test: evalglare (pyradiance) is not installed");
-    }
-    program.as_ref().map(Command::new)
-}
+#[path = "../src/testing.rs"]
+mod testing;
 
-fn shared() -> Option<PathBuf> {
-    let folder = std::env::var_os("LUCARNE_SHARED").map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
-    if !folder.join("data/reference/images").is_dir() {
-        eprintln!("SKIPPED a test: no reference pictures at {}", folder.display());
-        return None;
-    }
-    Some(folder)
+use testing::shared;
+
+fn evalglare() -> Option<Command> {
+    testing::radiance("evalglare")
 }
 
 fn lucarne(arguments: &[&str]) -> Output {

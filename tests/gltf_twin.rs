@@ -8,6 +8,9 @@ use lucarne::progress::Silent;
 use lucarne::scene::{read_scene, read_sensors, read_windows};
 use std::path::{Path, PathBuf};
 
+#[path = "../src/testing.rs"]
+mod testing;
+
 fn view_matrix(device: &Device, scene: &[&str], windows: &[&str], sensors: &str, seed: u32) -> TracedMatrix {
     let office = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/office");
     let mut warnings = Warnings::new();
@@ -22,13 +25,7 @@ fn view_matrix(device: &Device, scene: &[&str], windows: &[&str], sensors: &str,
 
 #[test]
 fn the_office_as_gltf_has_the_view_matrix_of_its_rad_twin() {
-    let device = match Device::open(None) {
-        Ok(device) => device,
-        Err(error) => {
-            eprintln!("SKIPPED: {error}");
-            return;
-        }
-    };
+    let Some(device) = testing::device(Device::open(None), "the office as glTF") else { return };
     let windows = ["windows/vision.rad", "windows/clerestory.rad"];
     let radiance = view_matrix(&device, &["materials.rad", "office.rad"], &windows, "workplane.txt", 1);
     let gltf = view_matrix(&device, &["office.gltf"], &["office.gltf#vision", "office.gltf#clerestory"], "office.gltf#workplane", 2);

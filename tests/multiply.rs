@@ -8,27 +8,13 @@ use lucarne::matrix::file::{Format, read_matrix, write_matrix};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-fn shared() -> Option<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
-    let folder = std::env::var_os("LUCARNE_SHARED").map_or(root, PathBuf::from).join("data");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!("SKIPPED a test of multiply: no reference data at {}", folder.display());
-    None
-}
+#[path = "../src/testing.rs"]
+mod testing;
 
-fn radiance(program: &str) -> Option<Command> {
-    let find = "import pyradiance,os;print(os.path.dirname(pyradiance.__file__),end='')";
-    let out = Command::new("python3").args(["-c", find]).stderr(Stdio::null()).output().ok()?;
-    let folder = PathBuf::from(String::from_utf8(out.stdout).ok()?);
-    if !folder.join("bin").is_dir() {
-        eprintln!("SKIPPED a test of multiply: Radiance (pyradiance) is not installed, {program} is needed");
-        return None;
-    }
-    let mut command = Command::new(folder.join("bin").join(program));
-    command.env("RAYPATH", format!(".:{}", folder.join("lib").display()));
-    Some(command)
+use testing::{Need, radiance, skip};
+
+fn shared() -> Option<PathBuf> {
+    testing::shared().map(|folder| folder.join("data"))
 }
 
 fn lucarne(folder: &Path, arguments: &[&str]) -> Output {
@@ -78,7 +64,7 @@ fn a_year_of_illuminance_is_that_of_dctimestep() {
             line.extend(device);
             let out = lucarne(folder.path(), &line);
             if !out.status.success() && String::from_utf8_lossy(&out.stderr).contains("install a Vulkan driver") {
-                eprintln!("SKIPPED the product on a device: there is none");
+                skip(Need::Gpu, &"the product on a device: there is none");
                 continue;
             }
             assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));

@@ -14,16 +14,12 @@ use lucarne::{Warnings, matrix::Matrix};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+#[path = "../src/testing.rs"]
+mod testing;
+
+/// Projects name the files: relative to another folder.
 fn shared() -> Option<PathBuf> {
-    let folder = std::env::var_os("LUCARNE_SHARED").map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
-    // Projects name the files: relative to another folder.
-    match fs::canonicalize(folder.join("data")) {
-        Ok(data) => Some(data),
-        Err(_) => {
-            eprintln!("SKIPPED the whole chain: no reference data at {}", folder.display());
-            None
-        }
-    }
+    testing::shared().map(|folder| fs::canonicalize(folder.join("data")).unwrap())
 }
 
 /// Runs the tutorial room with one BSDF; the folder keeps V and D for the next.

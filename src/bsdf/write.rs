@@ -330,9 +330,7 @@ mod tests {
         write(Some(&path), &bsdf, "").unwrap();
         let script = "import pywincalc as w, sys\np = w.parse_bsdf_xml_file(sys.argv[1])\nw.convert_to_solid_layer(p)\n\
                       m = p.measurements.visible.transmittance_front.data\nprint(len(m), m[3][7], m[140][9], p.thickness, p.emissivity_front)";
-        let installed = std::process::Command::new("python3").args(["-c", "import pywincalc"]).output().is_ok_and(|o| o.status.success());
-        if !installed {
-            eprintln!("SKIPPED a test: pywincalc is not installed");
+        if !testing::has_pywincalc() {
             return;
         }
         let out = testing::output(std::process::Command::new("python3").args(["-c", script]).arg(&path));

@@ -297,17 +297,9 @@ mod tests {
     use super::*;
 
     impl Device {
-        /// The shared device for unit tests. Without a device: `None`, after a loud line that names
-        /// `what` is skipped, or a panic if `LUCARNE_REQUIRE_GPU=1` is set.
+        /// The shared device for unit tests, or a skip of `what`.
         pub(crate) fn for_tests(what: &str) -> Option<Self> {
-            match Self::shared() {
-                Ok(device) => Some(device),
-                Err(error) => {
-                    assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "LUCARNE_REQUIRE_GPU=1, but {error}");
-                    eprintln!("SKIPPED {what}: {error}");
-                    None
-                }
-            }
+            crate::testing::device(Self::shared(), what)
         }
     }
 

@@ -1,6 +1,8 @@
 //! What a run did, for people and for programs: `summary.json`.
 
 use super::context::{MatrixSummary, Seconds};
+use super::results::sensors::SensorSummary;
+use super::results::views::ViewSummary;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::simulate::inputs::suns::SunCensus;
@@ -81,37 +83,6 @@ impl DeviceSummary {
         let s = device.summary();
         Self { name: s.name.clone(), kind: s.kind.to_string(), backend: s.backend.clone(), driver: s.driver.clone() }
     }
-}
-
-/// One group of sensors.
-#[derive(Debug, Clone, Serialize)]
-pub struct SensorSummary {
-    /// Its name.
-    pub name: String,
-    /// Number of sensors.
-    pub count: usize,
-    /// Mean over sensors and hours, lux.
-    pub mean_illuminance_lx: f64,
-    /// Its standard error, lux.
-    pub mean_illuminance_standard_error_lx: f64,
-    /// sDA300/50 %: share of the sensors that have 300 lx in at least half of the hours from 8 to 18.
-    pub spatial_autonomy: f64,
-    /// Its standard error.
-    pub spatial_autonomy_standard_error: f64,
-}
-
-/// One view.
-#[derive(Debug, Clone, Serialize)]
-pub struct ViewSummary {
-    /// Its name.
-    pub name: String,
-    /// Pixels of its pictures.
-    pub pixels: usize,
-    /// Pictures written.
-    pub pictures: usize,
-    /// Relative standard error of a year's light at the eye, traced suns left out; absent for views
-    /// without directions.
-    pub eye_error: Option<f64>,
 }
 
 impl Summary {

@@ -21,6 +21,9 @@ mod remember;
 mod results;
 mod save;
 mod scale;
+#[cfg(test)]
+#[path = "../../src/testing.rs"]
+mod testing;
 mod texture;
 mod year;
 

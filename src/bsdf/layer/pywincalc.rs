@@ -49,14 +49,6 @@ for system in sys.argv[2:]:
             print(layer.front.absorptance.total_diffuse, layer.back.absorptance.total_diffuse)
 ";
 
-fn installed() -> bool {
-    let found = Command::new("python3").args(["-c", "import pywincalc"]).output().is_ok_and(|o| o.status.success());
-    if !found {
-        eprintln!("SKIPPED a test: pywincalc is not installed");
-    }
-    found
-}
-
 /// The engine's lines for these systems of files.
 fn engine(basis: &str, systems: &[Vec<String>]) -> Vec<Vec<f64>> {
     let mut command = Command::new("python3");
@@ -96,7 +88,7 @@ fn sample(name: &str) -> PathBuf {
 
 #[test]
 fn twelve_systems_are_those_of_windows_engine_visible_and_solar() {
-    if !installed() {
+    if !testing::has_pywincalc() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -199,7 +191,7 @@ fn scatterer(seed: usize, basis: &AngleBasis) -> Bsdf {
 
 #[test]
 fn a_system_of_three_layers_over_the_full_basis_is_that_of_windows_engine() {
-    if !installed() {
+    if !testing::has_pywincalc() {
         return;
     }
     let basis = AngleBasis::from(KlemsBasis::Full);

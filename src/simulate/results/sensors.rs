@@ -12,7 +12,24 @@ use crate::simulate::inputs::split;
 use crate::simulate::light::{multiply, transmitted};
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::software;
-use crate::simulate::summary::SensorSummary;
+use serde::Serialize;
+
+/// One group of sensors.
+#[derive(Debug, Clone, Serialize)]
+pub struct SensorSummary {
+    /// Its name.
+    pub name: String,
+    /// Number of sensors.
+    pub count: usize,
+    /// Mean over sensors and hours, lux.
+    pub mean_illuminance_lx: f64,
+    /// Its standard error, lux.
+    pub mean_illuminance_standard_error_lx: f64,
+    /// sDA300/50 %: share of the sensors that have 300 lx in at least half of the hours from 8 to 18.
+    pub spatial_autonomy: f64,
+    /// Its standard error.
+    pub spatial_autonomy_standard_error: f64,
+}
 
 /// Illuminance of all sensors in all hours, `[sensor][hour]`, lx. Of five phases the three terms are
 /// written too.

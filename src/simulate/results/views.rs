@@ -25,7 +25,7 @@ use crate::simulate::sampling::estimate::Estimate;
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::software;
 use crate::simulate::store::sun_pictures::SunPictures;
-use crate::simulate::summary::ViewSummary;
+use serde::Serialize;
 use std::time::Instant;
 
 /// Samples for a target, as a multiple of the standard ones, at most.
@@ -46,6 +46,20 @@ pub struct Made<'a> {
     pub light: &'a Light,
     /// The suns of five phases.
     pub suns: Option<&'a TracedSuns>,
+}
+
+/// One view.
+#[derive(Debug, Clone, Serialize)]
+pub struct ViewSummary {
+    /// Its name.
+    pub name: String,
+    /// Pixels of its pictures.
+    pub pixels: usize,
+    /// Pictures written.
+    pub pictures: usize,
+    /// Relative standard error of a year's light at the eye, traced suns left out; absent for views
+    /// without directions.
+    pub eye_error: Option<f64>,
 }
 
 /// Relative standard error of a year's light at the eye of a view.

@@ -261,11 +261,7 @@ mod tests {
     /// A day in the room with blinds as `lucarne run` has it, and the same from the matrices.
     #[test]
     fn pictures_of_five_phases_are_those_of_the_run() {
-        let Ok(device) = lucarne::gpu::Device::shared() else {
-            assert!(std::env::var_os("LUCARNE_REQUIRE_GPU").is_none_or(|v| v != "1"), "no device");
-            eprintln!("SKIPPED pictures of five phases: no device");
-            return;
-        };
+        let Some(device) = crate::testing::device(lucarne::gpu::Device::shared(), "pictures of five phases") else { return };
         let folder = tempfile::tempdir().unwrap();
         let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/blinds");
         let weather: String = (0..24).map(|h| format!("1 15 {h}.5 {} 120\n", if h > 8 && h < 17 { 700 } else { 0 })).collect();

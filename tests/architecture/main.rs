@@ -4,6 +4,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+mod imports;
+#[path = "../../src/testing.rs"]
+mod testing;
+
+use imports::{Tree, circles};
+
 /// What each module of the library may import; light flows from the top of the list to its end.
 /// `error` and `units` are open to all and not repeated.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
@@ -30,6 +36,18 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 ];
 
 const OPEN_TO_ALL: &[&str] = &["error", "units"];
+
+/// The order inside the module that is a house of its own: each part imports only parts before it.
+const INSIDE_SIMULATE: &[&str] = &[
+    "multiply", "project", "store", "inputs", "context", "light", "sampling", "plan", "phases", "results", "summary", "run", "rooms",
+    "tradeoff",
+];
+
+/// Files that import each other still; the list may only become shorter.
+const KNOWN_CIRCLES: &[&[&str]] = &[
+    &["kernels/glare/noise", "kernels/glare/year"],
+    &["kernels/sun_matrix/geometry", "kernels/sun_matrix/pairs", "kernels/sun_matrix/shades", "kernels/sun_matrix/tracer"],
+];
 
 /// A file of the library: the module it belongs to and its text without tests.
 struct Source {
@@ -193,6 +211,42 @@ fn the_list_itself_has_no_circle() {
 }
 
 #[test]
+fn simulate_imports_one_way_inside() {
+    let tree = Tree::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let part = |file: &[String]| INSIDE_SIMULATE.iter().position(|p| file.get(1).is_some_and(|f| f == p));
+    let mut faults = Vec::new();
+    let mut checked = 0;
+    for (file, imports) in tree.edges().iter().filter(|(f, _)| f.first().is_some_and(|m| m == "simulate") && f.len() > 1) {
+        let Some(own) = part(file) else {
+            faults.push(format!("{}: is not in the list of this test", file.join("/")));
+            continue;
+        };
+        checked += 1;
+        for import in imports.iter().filter(|i| i.first().is_some_and(|m| m == "simulate")) {
+            if part(import).is_some_and(|place| place > own) {
+                faults.push(format!("{} imports {}, which stands after it", file.join("/"), import.join("/")));
+            }
+        }
+    }
+    assert!(checked > 30, "only {checked} files were found");
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
+fn no_files_import_each_other_in_a_circle() {
+    for folder in ["src", "viewer/src"] {
+        let tree = Tree::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder));
+        let found = circles(tree.edges());
+        let known = |c: &Vec<String>| KNOWN_CIRCLES.iter().any(|k| *k == c.iter().map(String::as_str).collect::<Vec<_>>());
+        let new: Vec<String> = found.iter().filter(|c| !known(c)).map(|c| c.join(", ")).collect();
+        assert!(new.is_empty(), "files that import each other in a circle:\n{}", new.join("\n"));
+        if folder == "src" {
+            assert_eq!(found.len(), KNOWN_CIRCLES.len(), "a circle is gone: take it out of the list");
+        }
+    }
+}
+
+#[test]
 fn the_library_never_prints_and_nothing_is_executed() {
     let mut faults = Vec::new();
     for source in sources() {
@@ -225,6 +279,30 @@ fn the_command_line_reaches_the_library_by_its_public_face() {
     }
 }
 
+/// Whoever lacks something says so by `testing::skip`: what a passing test prints is swallowed.
+#[test]
+fn no_test_is_skipped_without_being_counted() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut faults = Vec::new();
+    for folder in ["src", "tests", "viewer/src"] {
+        for path in {
+            let mut files = Vec::new();
+            rust_files(&root.join(folder), &mut files);
+            files
+        } {
+            // Benchmarks are no tests: they print.
+            let own = path.ends_with("testing.rs")
+                || path.ends_with("tests/architecture/main.rs")
+                || path.starts_with(root.join("tests/benches"));
+            let text = std::fs::read_to_string(&path).unwrap();
+            if !own && (text.contains("SKIPPED") || text.contains("LUCARNE_REQUIRE")) {
+                faults.push(path.display().to_string());
+            }
+        }
+    }
+    assert!(faults.is_empty(), "use testing::skip in {}", faults.join(", "));
+}
+
 #[test]
 fn the_scanner_sees_what_it_should() {
     let text = without_tests(
@@ -238,11 +316,30 @@ fn the_scanner_sees_what_it_should() {
 }
 
 #[test]
+fn circles_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    };
+    write("lib.rs", "pub mod a;\npub mod b;\npub mod c;\n");
+    write("a.rs", "use crate::{b::X, c};\n");
+    write("b/mod.rs", "mod inner;\npub use self::inner::X;\n#[cfg(test)]\nmod tests {\n    use crate::a;\n}\n");
+    write("b/inner.rs", "// use crate::a;\npub struct X;\n");
+    write("c.rs", "fn f() { crate::b::inner::g(); }\n");
+    assert!(circles(Tree::read(folder.path()).edges()).is_empty());
+    write("b/inner.rs", "use super::super::a::Y;\npub struct X;\n");
+    assert_eq!(circles(Tree::read(folder.path()).edges()), [["a", "b", "b/inner", "c"].map(String::from)]);
+}
+
+#[test]
 fn the_top_level_holds_only_what_it_should() {
-    let allowed = ["Cargo.toml", "Cargo.lock", "shaders", "src", "viewer", "scenes", "tests", "README.md", "LICENSE", "Makefile"];
+    let allowed =
+        ["Cargo.toml", "Cargo.lock", "shaders", "src", "viewer", "scenes", "tests", "README.md", "VALIDATION.md", "LICENSE", "Makefile"];
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let Ok(git) = std::process::Command::new("git").arg("-C").arg(root).args(["ls-tree", "--name-only", "HEAD"]).output() else {
-        eprintln!("SKIPPED the_top_level_holds_only_what_it_should: no git");
+        testing::note(&"no git");
         return;
     };
     let names = String::from_utf8_lossy(&git.stdout).to_string();
