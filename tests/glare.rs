@@ -4,8 +4,7 @@ use lucarne::Warnings;
 use lucarne::image::{Picture, exr, hdr};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use std::sync::OnceLock;
+use std::process::{Command, Output};
 
 const FISHEYE: &str = "-vta -vp 0 0 0 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180";
 

@@ -7,7 +7,6 @@
 //! wavelength to measured spectra, and band by band (visible, rest of the sun's) where only the
 //! means are known; the middle angle of a ring stands for it. All this is WINDOW's way.
 
-use super::layer::length;
 use super::spectrum::{self, Spectrum, VISIBLE_RANGE, beyond_visible};
 use crate::error::{Error, Result};
 use std::path::Path;
@@ -205,6 +204,24 @@ fn coated(t: f64, r: f64, theta: f64) -> [f64; 2] {
         () if r >= t => [t, 1.0 - t],
         () => [1.0 - r, r],
     }
+}
+
+/// A length such as `16mm`, `1.2cm` or `0.016` (m).
+///
+/// # Errors
+/// If it is none.
+pub fn length(text: &str) -> Result<f64> {
+    let (number, metres) = [("mm", 1e-3), ("cm", 1e-2), ("in", 0.0254), ("m", 1.0)]
+        .into_iter()
+        .find_map(|(unit, metres)| Some((text.strip_suffix(unit)?, metres)))
+        .unwrap_or((text, 1.0));
+    number
+        .trim()
+        .parse::<f64>()
+        .ok()
+        .map(|v| v * metres)
+        .filter(|v| v.is_finite() && *v >= 0.0)
+        .ok_or_else(|| Error::new(format!("'{text}' is not a length")).help("for instance 16mm or 0.016 (metres)"))
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@ use imports::{Tree, circles};
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("units", &[]),
+    // Pages for users.
+    ("guide", &[]),
     ("files", &[]),
     ("progress", &[]),
     // Knows the device, and nothing about daylight.

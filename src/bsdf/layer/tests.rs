@@ -2,6 +2,7 @@ use super::*;
 use crate::bins::KlemsBasis;
 use crate::bsdf::check;
 use crate::bsdf::glass;
+use crate::bsdf::glass::length;
 use std::f64::consts::PI;
 
 fn quarter() -> AngleBasis {

@@ -1,7 +1,8 @@
 //! `lucarne bsdf layer`.
 
 use lucarne::bsdf::glass::Pane;
-use lucarne::bsdf::layer::{Layer, combine, length};
+use lucarne::bsdf::glass::length;
+use lucarne::bsdf::layer::{Layer, combine};
 use lucarne::bsdf::{self, Component};
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};

@@ -1,0 +1,36 @@
+//! The guide: what a user needs to know of each method, one page each.
+
+/// Windows, what they are in a scene, and what light does at them.
+pub mod windows {
+    #![doc = include_str!("windows.md")]
+}
+
+/// The five-phase method: accurate suns.
+pub mod five_phases {
+    #![doc = include_str!("five_phases.md")]
+}
+
+/// Pictures of every hour.
+pub mod pictures {
+    #![doc = include_str!("pictures.md")]
+}
+
+/// Annual glare.
+pub mod glare {
+    #![doc = include_str!("glare.md")]
+}
+
+/// BSDFs: look at them, mend them, make them.
+pub mod bsdf {
+    #![doc = include_str!("bsdf.md")]
+}
+
+/// How errors are computed, and accuracy against time.
+pub mod accuracy {
+    #![doc = include_str!("accuracy.md")]
+}
+
+/// The viewer.
+pub mod viewer {
+    #![doc = include_str!("viewer.md")]
+}
