@@ -6,7 +6,7 @@ use lucarne::image::hdr;
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, read_matrix, write_matrix};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 
 #[path = "../src/testing.rs"]
 mod testing;
