@@ -16,6 +16,7 @@ pub mod image;
 pub mod kernels;
 pub mod matrix;
 pub mod progress;
+pub(crate) mod random;
 pub mod scene;
 pub mod simulate;
 pub mod sky;

@@ -114,7 +114,7 @@ impl<'a> Phase<'a> {
         let (matrix, traced) = self.sun_matrix(fingerprint, &inputs.sensors, &suns)?;
         self.write_suns(&suns)?;
         let statistics = traced.then_some(matrix.statistics);
-        let skies = (suns.census.hours > 0 || suns.census.hours_below_horizon > 0).then(|| self.skies()).transpose()?;
+        let skies = (suns.census.hours > 0.0 || suns.census.hours_below_horizon > 0.0).then(|| self.skies()).transpose()?;
         let transmissions: Vec<&Matrix<f64>> = inputs.windows.iter().map(|w| &w.transmission).collect();
         let transmitted_direct = transmitted_where(inputs, &transmissions, daylight_direct, &is_sunny)?;
         let five = FivePhase {

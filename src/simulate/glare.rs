@@ -22,7 +22,8 @@ use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::multiply::{Factor, lit_columns, product, select_columns};
 use super::picture_sets::GivenPictures;
 use super::pictures::PictureView;
-use super::presets::{image_options, rounds, view_options};
+use super::estimate::student_95;
+use super::presets::{daylight_options, image_options, rounds, view_options};
 use super::project::Project;
 use super::rounds::{Part, average};
 use super::store::Store;
@@ -60,7 +61,8 @@ pub struct GlareSummary {
     /// States of the façade.
     pub states: usize,
     /// Hours with light, each computed per view and state.
-    pub hours: usize,
+    #[serde(serialize_with = "super::summary::whole")]
+    pub hours: f64,
     /// What found the glare pixels; absent without pictures.
     pub detector: Option<String>,
     /// Seconds for all hours of all views and states, without V and D.
@@ -213,15 +215,33 @@ impl GlareJob<'_> {
             }
         }
         let seconds = clock.elapsed().as_secs_f64();
-        glare_output::write(self.store, section, &self.inputs.weather.records, &years, self.progress, warnings)?;
+        let weather = &self.inputs.weather;
+        let steps = weather.steps();
+        let lit_hours = steps.hours(lit.hours.len());
+        let confidence_95 = student_95(self.freedom(section.method));
+        let calendar = glare_output::Calendar { records: &weather.records, steps, confidence_95 };
+        glare_output::write(self.store, section, &calendar, &years, self.progress, warnings)?;
         Ok(GlareSummary {
             method: section.method.name().to_string(),
             views: self.project.views.len(),
             states: states.len(),
-            hours: lit.hours.len(),
+            hours: lit_hours,
             detector: detector.map(|d| d.description()),
             seconds,
         })
+    }
+
+    /// Degrees of freedom of the errors: those of the matrix with the fewest independent estimates.
+    fn freedom(&self, method: GlareMethod) -> usize {
+        let project = self.project;
+        let eyes = rounds(project) as usize * (view_options(project, 0).batches as usize - 1);
+        let daylight = daylight_options(project, 0, 0).batches as usize - 1;
+        let pictures = image_options(project).batches as usize - 1;
+        match method {
+            GlareMethod::Image => pictures.min(daylight),
+            GlareMethod::Edgps => pictures.min(daylight).min(eyes),
+            GlareMethod::Dgps | GlareMethod::Imageless => eyes.min(daylight),
+        }
     }
 
     fn windows(&self) -> Vec<Window> {
@@ -339,7 +359,7 @@ impl GlareJob<'_> {
         let suns = five.map(|five| (five.sun_pictures)(view, &lit.hours, statistics)).transpose()?;
         let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
         let mut source = match &suns {
-            None => PictureView::open(&path("").display().to_string(), None)?,
+            None => PictureView::open_matrix(&path(""), None)?,
             Some(_) => PictureView::open_split(&path(""), &path("_direct"))?,
         };
         let options = StackOptions { veil: section.veil, dark_pixels: suns.is_some(), ..StackOptions::default() };

@@ -75,7 +75,14 @@ impl PictureView {
             let (width, height, bins, view) = (set.width(), set.height(), set.len(), set.view().map(str::to_string));
             return Ok(Self { name: name.into(), source: Source::Pictures(set), next_row: 0, width, height, bins, view });
         }
-        let path = Path::new(name);
+        Self::open_matrix(Path::new(name), size)
+    }
+
+    /// Opens a matrix file, whatever its name or that of a folder looks like.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_matrix(path: &Path, size: Option<[usize; 2]>) -> Result<Self> {
         let rows = if path == Path::new("-") { None } else { MatrixRows::open(path)? };
         let (source, header, rows, bins, components) = match rows {
             Some(r) => {
@@ -107,7 +114,7 @@ impl PictureView {
                 .field(if stated.is_some() { "RESOLUTION" } else { "-x, -y" }));
         }
         let view = value("VIEW").map(str::to_string);
-        Ok(Self { name: name.into(), source, next_row: 0, width, height, bins, view })
+        Ok(Self { name: path.display().to_string(), source, next_row: 0, width, height, bins, view })
     }
 
     /// Opens a view matrix and its straight part, both files of this program with the same shape: a
@@ -116,7 +123,7 @@ impl PictureView {
     /// # Errors
     /// As [`open`](Self::open), and files of different shapes.
     pub fn open_split(total: &Path, direct: &Path) -> Result<Self> {
-        let Self { name, source, width, height, bins, view, .. } = Self::open(&total.display().to_string(), None)?;
+        let Self { name, source, width, height, bins, view, .. } = Self::open_matrix(total, None)?;
         let rows = MatrixRows::open(direct)?.filter(|r| (r.rows(), r.cols(), r.components()) == (width * height, bins, RGB));
         let (Source::Rows(total), Some(direct)) = (source, rows) else {
             return Err(Error::new("the straight part of a view matrix has not the shape of the whole").file(direct));

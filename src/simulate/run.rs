@@ -8,6 +8,7 @@ use super::glare::GlareSummary;
 use super::inputs::{Inputs, SensorGroup};
 use super::method::Choice;
 use super::project::Project;
+use super::reach;
 use super::results::{self, Content};
 use super::store::Store;
 use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
@@ -37,21 +38,21 @@ use std::time::Instant;
 /// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
 /// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D |
 /// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux |
-/// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
+/// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
-/// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for |
+/// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for, by hour of the year; of shorter steps with two digits more, the minute |
 /// | `glare/VIEW.csv`, `.png`, `.svg` | DGP of every hour with its standard error; carpet plot |
-/// | `glare/annual.csv`, `undecided.csv`, `METHOD.dgp` | annual glare of all views; hours whose class the noise leaves open; DGP, rows views, columns hours |
+/// | `glare/annual.csv`, `undecided.csv`, `METHOD.dgp` | annual glare of all views, in hours whatever the length of a step; steps whose class the noise leaves open (95 %); DGP, rows views, columns time steps |
 /// | `summary.json` | [`Summary`] |
 ///
 /// Matrices of an earlier run into the same folder are used again if all their inputs are the same,
 /// so that a run that was stopped goes on where it was.
 ///
 /// # Errors
-/// A folder that cannot be written to, failures of the device, sensors that no light can reach, or
-/// when stopped by `progress`.
+/// A folder that cannot be written to, failures of the device, no sensor that light can reach (one that
+/// none can reach has 0 lx and a warning), or when stopped by `progress`.
 pub fn run(
     device: &Device,
     project: &Project,
@@ -120,6 +121,7 @@ impl<'a> Run<'a> {
         let daylight_direct: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::direct).collect();
         let daylight_error: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::standard_error).collect();
         let view = (sampled.view.total(), sampled.view.direct());
+        let dark = reach::check(self.inputs, &view.0, warnings)?;
 
         let clock = Instant::now();
         let five = self.five_phase(&daylight_direct, warnings)?;
@@ -152,7 +154,7 @@ impl<'a> Run<'a> {
         self.seconds.error_estimate = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let sensors = self.write(&lux, &errors)?;
+        let sensors = self.write(&lux, &errors, &dark)?;
         let pictures =
             ProductOfPictures { multiplier: multiplier.as_ref(), transmitted: &transmitted, sky: &sky, daylight: &sampled.daylight };
         let views = self.pictures(&pictures, five.as_ref(), &daylight_direct, warnings)?;
@@ -280,42 +282,22 @@ impl<'a> Run<'a> {
         self.traced_seconds += clock.elapsed().as_secs_f64();
     }
 
-    /// A sensor without any light from any window is inside a wall, or in a closed space.
-    fn check_light(&self, view: &Matrix<f32>) -> Result<()> {
-        // Far below any light that could matter; exact zeros are not certain.
-        const NOTHING: f64 = 1e-9;
-        let sums: Vec<f64> = (0..view.rows()).map(|row| view.row(row).iter().map(|&v| f64::from(v)).sum()).collect();
-        let most = sums.iter().copied().fold(0.0, f64::max);
-        let mut row = 0;
-        for group in &self.inputs.sensors {
-            for sensor in &group.sensors {
-                if sums[row] <= NOTHING * most {
-                    let p = sensor.position;
-                    return Err(Error::new(format!("no light of any window reaches the sensor at {} {} {}", p.x, p.y, p.z))
-                        .file(&group.file)
-                        .line(sensor.line)
-                        .help("is it inside a wall or a piece of furniture, or in a room without a window? Move it or take it out"));
-                }
-                row += 1;
-            }
-        }
-        Ok(())
-    }
-
-    fn write(&self, lux: &Matrix<f32>, errors: &annual::YearErrors) -> Result<Vec<SensorSummary>> {
+    fn write(&self, lux: &Matrix<f32>, errors: &annual::YearErrors, dark: &[bool]) -> Result<Vec<SensorSummary>> {
         let groups = &self.inputs.sensors;
         let records = &self.inputs.weather.records;
-        let mut sensors = Vec::new();
+        let (mut sensors, mut rest) = (Vec::new(), dark);
         let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
         for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
             self.progress.update("writing", i as f64 / groups.len() as f64);
-            results::write_illuminance(self.store, group, records, &part, Content::Illuminance)?;
-            results::write_illuminance(self.store, group, records, &error, Content::StandardError)?;
+            let dark = rest.split_off(..group.sensors.len()).unwrap_or_default();
+            results::write_illuminance(self.store, (group, dark), records, &part, Content::Illuminance)?;
+            results::write_illuminance(self.store, (group, dark), records, &error, Content::StandardError)?;
             let year = &errors.groups[i];
-            annual::write(self.store, group, year)?;
+            annual::write(self.store, (group, dark), year)?;
             sensors.push(SensorSummary {
                 name: group.name.clone(),
                 count: group.sensors.len(),
+                without_light: dark.iter().filter(|d| **d).count(),
                 mean_illuminance_lx: year.mean.value,
                 mean_illuminance_standard_error_lx: year.mean.standard_error,
                 spatial_autonomy: year.spatial_autonomy.value,
@@ -347,7 +329,8 @@ impl<'a> Run<'a> {
             suns,
             sky_subdivision: project.method.sky.subdivision(),
             bounces: project.method.bounces,
-            hours: self.inputs.weather.records.len(),
+            hours: self.inputs.weather.steps().hours(self.inputs.weather.records.len()),
+            time_steps: self.inputs.weather.records.len(),
             sensors,
             views,
             glare,

@@ -35,8 +35,11 @@ pub struct Summary {
     pub sky_subdivision: usize,
     /// Limit of diffuse reflections; absent: none.
     pub bounces: Option<u32>,
-    /// Time steps of the weather file.
-    pub hours: usize,
+    /// Hours that the weather file covers.
+    #[serde(serialize_with = "whole")]
+    pub hours: f64,
+    /// Its time steps: columns of the results.
+    pub time_steps: usize,
     /// Results per group of sensors.
     pub sensors: Vec<SensorSummary>,
     /// Pictures per view.
@@ -74,6 +77,11 @@ pub struct DeviceSummary {
     pub driver: String,
 }
 
+/// Hours without a decimal point where they are whole.
+pub(super) fn whole<S: serde::Serializer>(hours: &f64, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    if hours.fract() == 0.0 { serializer.serialize_u64(*hours as u64) } else { serializer.serialize_f64(*hours) }
+}
+
 impl DeviceSummary {
     /// Of an open device.
     pub fn of(device: &Device) -> Self {
@@ -89,6 +97,8 @@ pub struct SensorSummary {
     pub name: String,
     /// Number of sensors.
     pub count: usize,
+    /// Those that no light reaches, with 0 lx.
+    pub without_light: usize,
     /// Mean over sensors and hours, lux.
     pub mean_illuminance_lx: f64,
     /// Its standard error, lux.

@@ -32,7 +32,8 @@ pub struct EstimatedError {
     /// Sensors.
     pub sensors: usize,
     /// Daylight hours.
-    pub hours: usize,
+    #[serde(serialize_with = "super::summary::whole")]
+    pub hours: f64,
     /// Multiply a standard error by this for the interval that holds the converged value in 95 % of
     /// cases.
     pub confidence_95: f64,
@@ -60,7 +61,7 @@ pub struct Chain<'m> {
 /// The sum over all hours at one sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnnualSum {
-    /// lx·h, without the sun matrix.
+    /// lx, summed over all time steps, without the sun matrix.
     pub value: f64,
     /// Its variance.
     pub variance: f64,

@@ -2,7 +2,7 @@
 
 use super::fingerprint::Fingerprint;
 use super::five_phase::{FivePhase, without_sun_patches};
-use super::multiply::{check_hours, lit_columns, select_columns};
+use super::multiply::select_columns;
 use super::picture_sets::{self, GivenPictures};
 use super::pictures::{Addition, Output, PictureView, Request, write_pictures};
 use super::project::name;
@@ -14,7 +14,7 @@ use crate::error::{Error, Result, Warnings};
 use crate::files::write_atomically;
 use crate::glare::PixelGeometry;
 use crate::gpu::Device;
-use crate::image::exr;
+use crate::image::series::Pattern;
 use crate::kernels::glare::BatchSums;
 use crate::kernels::image_matrix::{self, ImageOptions, PixelRows};
 use crate::kernels::product::Multiplier;
@@ -23,7 +23,9 @@ use crate::matrix::Matrix;
 use crate::matrix::file::{Format, write_float_header, write_matrix};
 use crate::progress::Progress;
 use crate::scene::{Scene, Window};
+use crate::weather::Steps;
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -90,7 +92,8 @@ pub enum ImageHours {
     None,
     /// All whose sky is not black.
     Daylight,
-    /// These, by number of the year from 0.
+    /// These hours of the year, from 0 (1164: 18 February, 12 to 13 o'clock), whatever part of the year the
+    /// weather file holds; of steps shorter than an hour all that lie in it.
     Chosen(Vec<usize>),
 }
 
@@ -101,28 +104,27 @@ pub struct ImagesSection {
     pub hours: ImageHours,
     /// Whether V, Vd and the suns are written as component pictures too.
     pub components: bool,
+    /// Line of the hours in the project file.
+    pub line: usize,
 }
 
 impl ImageHours {
-    /// The hours, by number of the year.
+    /// The time steps, by number in the weather file; `lit` are those with light.
     ///
     /// # Errors
-    /// Hours that the sky matrix does not have.
-    pub fn chosen(&self, sky: &Matrix<f32>) -> Result<Vec<usize>> {
+    /// Hours that the weather file does not have, or has several times.
+    pub fn chosen(&self, steps: &Steps, lit: &[usize]) -> Result<Vec<usize>> {
         match self {
             ImageHours::None => Ok(Vec::new()),
-            ImageHours::Daylight => Ok(lit_columns(sky)),
-            ImageHours::Chosen(hours) => {
-                check_hours(hours, "the weather file", sky.cols()).map_err(|e| e.field("images.hours"))?;
-                Ok(hours.clone())
-            }
+            ImageHours::Daylight => steps.check_unique(lit).map(|()| lit.to_vec()),
+            ImageHours::Chosen(hours) => steps.of_hours(hours),
         }
     }
 }
 
 impl ImagesSection {
     pub(super) fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
-        let mut images = Self { hours: ImageHours::None, components: false };
+        let mut images = Self { hours: ImageHours::None, components: false, line: 1 };
         let Some(mut table) = table else { return Ok(images) };
         images.hours = match table.integers_or_choice("hours", 0..=1_000_000, &["daylight", "none"])? {
             None => ImageHours::None,
@@ -130,6 +132,7 @@ impl ImagesSection {
             Some(Err("daylight")) => ImageHours::Daylight,
             Some(Err(_)) => ImageHours::None,
         };
+        images.line = table.line("hours");
         images.components = table.boolean("components")?.unwrap_or(false);
         table.finish()?;
         Ok(images)
@@ -274,9 +277,9 @@ impl ViewJob<'_> {
         self.store.matrix_path(&format!("V_{}_batches", self.view.name))
     }
 
-    /// Writes `images/NAME/img_%04d.hdr`, numbered by hour, from the stored view matrix; with five
+    /// Writes `images/NAME/img_%04d.hdr`, numbered by hour of the year ([`Steps::number`]), from the stored view matrix; with five
     /// phases (their terms, T·Dd of the windows with a shade, the suns' pictures) the sun goes out of the
-    /// product and comes back as traced. Returns how many.
+    /// product and comes back as traced. `hours` are numbers of time steps. Returns how many.
     ///
     /// # Errors
     /// Hours that the weather file does not have, and failures of device and file system.
@@ -285,7 +288,7 @@ impl ViewJob<'_> {
         multiplier: &dyn Multiplier,
         transmitted: &Matrix<f64>,
         sky: &Matrix<f32>,
-        hours: &[usize],
+        (hours, steps): (&[usize], &Steps),
         five: Option<(&FivePhase<'_>, &Matrix<f64>, &SunPictures)>,
         warnings: &mut Warnings,
     ) -> Result<usize> {
@@ -296,7 +299,7 @@ impl ViewJob<'_> {
         let matrix = self.store.matrix_path(&format!("V_{}", self.view.name));
         let sun = five.and_then(|(five, shaded, _)| five.sun_at_windows(multiplier, shaded, hours).transpose()).transpose()?;
         let mut view = match &sun {
-            None => PictureView::open(&matrix.display().to_string(), None)?,
+            None => PictureView::open_matrix(&matrix, None)?,
             Some(_) => PictureView::open_split(&matrix, &self.direct_path())?,
         };
         let transmitted = transmitted.map(|v| v as f32);
@@ -312,12 +315,13 @@ impl ViewJob<'_> {
             None => coefficients,
             Some(sun) => without_sun_patches(&coefficients, &sun),
         };
-        let sun_picture = |hour: usize| five.map_or_else(|| Ok(Vec::new()), |(_, _, suns)| suns.sun_picture(hour));
+        let numbers: Vec<usize> = hours.iter().map(|&step| steps.number(step)).collect();
+        let step_of: HashMap<usize, usize> = numbers.iter().copied().zip(hours.iter().copied()).collect();
+        let sun_picture = |number: usize| five.map_or_else(|| Ok(Vec::new()), |(_, _, suns)| suns.sun_picture(step_of[&number]));
         let addition: Option<&Addition<'_>> = if five.is_some() { Some(&sun_picture) } else { None };
-        let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
-        let output = Output::parse(&folder.join("img_%04d.hdr").display().to_string(), options)?;
+        let output = Output::Hdr(Pattern::inside(&folder, "img_%04d.hdr")?);
         let header = [software()];
-        let request = Request { coefficients: &coefficients, hours, output: &output, header: &header, memory: PICTURE_MEMORY, addition };
+        let request = Request { coefficients: &coefficients, hours: &numbers, output: &output, header: &header, memory: PICTURE_MEMORY, addition };
         write_pictures(multiplier, &mut view, &request, self.progress, warnings)?;
         Ok(hours.len())
     }

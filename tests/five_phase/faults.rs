@@ -78,7 +78,7 @@ fn contradictions_are_answered_with_file_line_key_and_remedy() {
         (
             "a shade with states",
             said(&format!("{states}\n{shade}"), "", five),
-            &["warning", "'south' in all of its states", "a project for each"],
+            &["error", "'south' in all states", "a project for each"],
         ),
         (
             "hourly suns, matrix of patches",

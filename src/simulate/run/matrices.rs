@@ -170,7 +170,6 @@ impl Run<'_> {
         }
         inputs.add(&view.rounds);
         let total = view.total();
-        self.check_light(&total)?;
         let parts = [("", total), ("_direct", view.direct()), ("_standard_error", view.standard_error())];
         for (suffix, matrix) in parts {
             for (group, part) in self.inputs.sensors.iter().zip(split(&matrix, &self.inputs.sensors)) {

@@ -72,7 +72,8 @@ impl Run<'_> {
         for view in &self.project.views {
             let eye_error = self.view_matrix(product, view, &windows, asked.as_deref())?;
             self.warn_of_view(view, eye_error, warnings);
-            let hours = self.project.images.hours.chosen(sky)?;
+            let steps = self.inputs.weather.steps();
+            let hours = self.project.images.hours.chosen(&steps, &lit_columns(sky))?;
             let components = self.project.images.components;
             let mut suns = None;
             if let Some(five) = five
@@ -94,7 +95,7 @@ impl Run<'_> {
             let shaded = transmitted_where(self.inputs, &transmissions, daylight_direct, &is_sunny)?;
             let five = five.zip(suns.as_ref()).map(|(five, suns)| (five, &shaded, suns));
             let job = self.view_job(view, &windows, 1);
-            let pictures = job.pictures(multiplier, transmitted, sky, &hours, five, warnings)?;
+            let pictures = job.pictures(multiplier, transmitted, sky, (&hours, &steps), five, warnings)?;
             let pixels = view.raster()?.len();
             summaries.push(ViewSummary { name: view.name.clone(), pixels, pictures, eye_error: eye_error.map(|e| e.all) });
         }
