@@ -107,7 +107,11 @@ impl std::error::Error for Error {}
 /// Collects what is suspicious but not fatal. Passed as a parameter, so that it is hard to ignore;
 /// the command line prints it, tests inspect it.
 #[derive(Debug, Default, Clone)]
-pub struct Warnings(Vec<Error>);
+pub struct Warnings {
+    all: Vec<Error>,
+    /// How many have been taken for display.
+    shown: usize,
+}
 
 impl Warnings {
     /// An empty collection.
@@ -117,18 +121,24 @@ impl Warnings {
 
     /// Adds a warning; the same text is kept once.
     pub fn push(&mut self, warning: Error) {
-        if !self.0.contains(&warning) {
-            self.0.push(warning);
+        if !self.all.contains(&warning) {
+            self.all.push(warning);
         }
     }
 
     /// All warnings in the order they arose.
     pub fn iter(&self) -> impl Iterator<Item = &Error> {
-        self.0.iter()
+        self.all.iter()
     }
 
     /// Whether nothing was found.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.all.is_empty()
+    }
+
+    /// Those that have not been taken before, to be shown before long work.
+    pub fn take_new(&mut self) -> &[Error] {
+        let first = std::mem::replace(&mut self.shown, self.all.len());
+        &self.all[first..]
     }
 }

@@ -49,9 +49,11 @@ pub mod image;
 pub mod kernels;
 pub mod matrix;
 pub mod progress;
+pub(crate) mod random;
 pub mod scene;
 pub mod simulate;
 pub mod sky;
+mod statistics;
 #[cfg(test)]
 mod testing;
 pub mod units;

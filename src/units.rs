@@ -20,3 +20,11 @@ pub const ILLUMINANCE_WEIGHTS: [f64; 3] =
 
 /// Angular diameter of the sun's disc, degrees.
 pub const SUN_DIAMETER_DEG: f64 = 0.533;
+
+/// Serializes hours, without a decimal point where they are whole.
+///
+/// # Errors
+/// Those of the serializer.
+pub fn whole_hours<S: serde::Serializer>(hours: &f64, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    if hours.fract() == 0.0 { serializer.serialize_u64(*hours as u64) } else { serializer.serialize_f64(*hours) }
+}

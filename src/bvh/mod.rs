@@ -1,5 +1,9 @@
 //! Acceleration structure for rays: obvhs' eight-wide compressed BVH, laid out for the shaders.
 
+mod cast;
+
+pub use cast::Caster;
+
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::{Boundable, BvhBuildParams};

@@ -72,15 +72,20 @@ pub fn main() -> ExitCode {
         Verb::Devices(args) => devices::run(args, &mut warnings),
         Verb::View(args) => viewer::run(args),
     };
-    for warning in warnings.iter() {
-        eprintln!("lucarne: warning: {warning}");
-    }
+    show(&mut warnings);
     match result {
         Ok(code) => code,
         Err(error) => {
             eprintln!("lucarne: error: {error}");
             progress::failure()
         }
+    }
+}
+
+/// Prints the warnings that have not been printed yet.
+fn show(warnings: &mut Warnings) {
+    for warning in warnings.take_new() {
+        eprintln!("lucarne: warning: {warning}");
     }
 }
 

@@ -31,7 +31,7 @@ pub struct Args {
 }
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
-    // All files first: a slip in one of them should not wait for a device.
+    // All files first: a slip in one of them should not wait for a device, nor a doubt for the results.
     let (device, terminal) = (|| Device::open(args.device.as_deref()), Terminal::new());
     if let [file] = &args.projects[..] {
         let mut project = Project::read(file)?;
@@ -39,6 +39,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         if args.no_prune {
             without_pruning(&mut project, &mut inputs);
         }
+        super::show(warnings);
         let summary = simulate(&device()?, &project, &inputs, &args.output, &terminal, warnings)?;
         terminal.finish();
         report(&args.output, &summary);
@@ -48,6 +49,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     if args.no_prune {
         rooms.iter_mut().for_each(|room| without_pruning(&mut room.project, &mut room.inputs));
     }
+    super::show(warnings);
     let summaries = run_rooms(&device()?, &rooms, &args.output, &terminal, warnings)?;
     terminal.finish();
     for (room, summary) in rooms.iter().zip(&summaries) {

@@ -79,9 +79,9 @@ impl GlareProtection {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AnnualGlare {
     /// Occupied hours.
-    pub hours: usize,
+    pub hours: f64,
     /// Hours in each [`GlareClass`], from imperceptible to intolerable.
-    pub hours_in_class: [usize; 4],
+    pub hours_in_class: [f64; 4],
     /// The least DGP that no more than 5 % of the occupied hours exceed.
     pub dgp_exceeded: f64,
     /// EN 17037's class of it.
@@ -99,12 +99,12 @@ pub struct AnnualGlare {
 const MAY_EXCEED: f64 = 0.05;
 
 impl AnnualGlare {
-    /// Summary of one view's hourly DGP. `occupied` chooses the hours that count. Hours of night
-    /// count as occupied hours without glare if they are given with their low DGP.
+    /// Summary of one view's DGP at every time step of `step` hours. `occupied` chooses the steps that
+    /// count. Night counts as occupied time without glare if it is given with its low DGP.
     ///
     /// # Errors
-    /// If the lengths differ, no hour is occupied, or a DGP is not between 0 and 1.
-    pub fn new(dgp: &[f64], occupied: &[bool]) -> Result<Self> {
+    /// If the lengths differ, no step is occupied, or a DGP is not between 0 and 1.
+    pub fn new(dgp: &[f64], occupied: &[bool], step: f64) -> Result<Self> {
         if dgp.len() != occupied.len() {
             return Err(Error::new(format!("{} hours of DGP do not match {} hours of occupancy", dgp.len(), occupied.len())));
         }
@@ -116,18 +116,18 @@ impl AnnualGlare {
             return Err(Error::new("no hour is occupied").help("check the schedule"));
         }
         counted.sort_unstable_by(f64::total_cmp);
-        let hours = counted.len();
-        let mut hours_in_class = [0; 4];
-        counted.iter().for_each(|&d| hours_in_class[GlareClass::of(d) as usize] += 1);
-        let dgp_exceeded = counted[hours - 1 - (MAY_EXCEED * hours as f64 + 1e-9) as usize];
+        let count = counted.len();
+        let mut in_class = [0usize; 4];
+        counted.iter().for_each(|&d| in_class[GlareClass::of(d) as usize] += 1);
+        let dgp_exceeded = counted[count - 1 - (MAY_EXCEED * count as f64 + 1e-9) as usize];
         Ok(Self {
-            hours,
-            hours_in_class,
+            hours: count as f64 * step,
+            hours_in_class: in_class.map(|n| n as f64 * step),
             dgp_exceeded,
             protection: GlareProtection::of(dgp_exceeded),
-            glare_autonomy: (hours_in_class[0] + hours_in_class[1]) as f64 / hours as f64,
-            mean_dgp: counted.iter().sum::<f64>() / hours as f64,
-            greatest_dgp: counted[hours - 1],
+            glare_autonomy: (in_class[0] + in_class[1]) as f64 / count as f64,
+            mean_dgp: counted.iter().sum::<f64>() / count as f64,
+            greatest_dgp: counted[count - 1],
         })
     }
 }
@@ -158,23 +158,32 @@ mod tests {
         let mut dgp = vec![0.3; 90];
         dgp.extend([0.38; 5]);
         dgp.extend([0.7; 5]);
-        let year = AnnualGlare::new(&dgp, &[true; 100]).unwrap();
-        assert_eq!((year.hours_in_class, year.dgp_exceeded, year.protection), ([90, 5, 0, 5], 0.38, GlareProtection::Medium));
+        let year = AnnualGlare::new(&dgp, &[true; 100], 1.0).unwrap();
+        assert_eq!((year.hours_in_class, year.dgp_exceeded, year.protection), ([90.0, 5.0, 0.0, 5.0], 0.38, GlareProtection::Medium));
         assert!((year.glare_autonomy - 0.95).abs() < 1e-12);
         dgp[0] = 0.7;
-        assert_eq!(AnnualGlare::new(&dgp, &[true; 100]).unwrap().protection, GlareProtection::None);
+        assert_eq!(AnnualGlare::new(&dgp, &[true; 100], 1.0).unwrap().protection, GlareProtection::None);
         // Hours without people do not count.
         let occupied: Vec<bool> = dgp.iter().map(|&d| d < 0.5).collect();
-        let year = AnnualGlare::new(&dgp, &occupied).unwrap();
-        assert_eq!((year.hours, year.protection), (94, GlareProtection::Medium));
+        let year = AnnualGlare::new(&dgp, &occupied, 1.0).unwrap();
+        assert_eq!((year.hours, year.protection), (94.0, GlareProtection::Medium));
         assert!((year.greatest_dgp - 0.38).abs() < 1e-12);
     }
 
     #[test]
+    fn shares_are_the_same_in_shorter_steps_and_hours_are_hours() {
+        let dgp = [0.3, 0.38, 0.42, 0.7, 0.3, 0.3, 0.9, 0.3];
+        let (whole, quarters) = [1.0, 0.25].map(|step| AnnualGlare::new(&dgp, &[true; 8], step).unwrap()).into();
+        assert_eq!((whole.hours, whole.hours_in_class), (8.0, [4.0, 1.0, 1.0, 2.0]));
+        assert_eq!((quarters.hours, quarters.hours_in_class), (2.0, [1.0, 0.25, 0.25, 0.5]));
+        assert_eq!((quarters.dgp_exceeded, quarters.glare_autonomy), (whole.dgp_exceeded, whole.glare_autonomy));
+    }
+
+    #[test]
     fn faulty_input_is_named() {
-        assert!(AnnualGlare::new(&[0.2], &[]).is_err());
-        assert!(AnnualGlare::new(&[0.2], &[false]).unwrap_err().message().contains("occupied"));
-        assert!(AnnualGlare::new(&[0.2, f64::NAN], &[true, true]).unwrap_err().message().contains("hour 1"));
-        assert_eq!(AnnualGlare::new(&[0.2], &[true]).unwrap().dgp_exceeded, 0.2);
+        assert!(AnnualGlare::new(&[0.2], &[], 1.0).is_err());
+        assert!(AnnualGlare::new(&[0.2], &[false], 1.0).unwrap_err().message().contains("occupied"));
+        assert!(AnnualGlare::new(&[0.2, f64::NAN], &[true, true], 1.0).unwrap_err().message().contains("hour 1"));
+        assert_eq!(AnnualGlare::new(&[0.2], &[true], 1.0).unwrap().dgp_exceeded, 0.2);
     }
 }

@@ -45,6 +45,10 @@ pub struct Carpet<'a> {
     pub values: &'a [f64],
     /// 24 for hourly values.
     pub steps_per_day: usize,
+    /// Day of the year of the first value, from 0.
+    pub first_day: usize,
+    /// Whether the year has a 29 February.
+    pub leap: bool,
     /// Above the plot; may be empty.
     pub title: String,
     /// Quantity and unit, above the legend; may be empty.
@@ -146,7 +150,7 @@ impl Carpet<'_> {
         if days >= 365 {
             let mut start = 0.0;
             for (month, name) in MONTHS.iter().enumerate() {
-                let length = month_length(month, days == 366);
+                let length = month_length(month, self.leap);
                 drawing.label(*name, [x(start + length / 2.0), bottom + TEXT * 1.1], TEXT, INK, Anchor::Middle);
                 start += length;
                 if month < 11 {
@@ -155,9 +159,12 @@ impl Carpet<'_> {
                 }
             }
         } else {
-            for day in super::palette::round_steps(0.0, days as f64, 10).into_iter().filter(|d| d.fract() == 0.0) {
+            for day in super::palette::round_steps(0.0, days as f64, 8).into_iter().filter(|d| d.fract() == 0.0) {
                 ticks.push(vec![[x(day), bottom], [x(day), bottom + 5.0]]);
-                drawing.label(format!("{day}"), [x(day), bottom + TEXT * 1.1], TEXT, INK, Anchor::Middle);
+                if day < days as f64 {
+                    let label = date(self.first_day + day as usize, self.leap);
+                    drawing.label(label, [x(day + 0.5), bottom + TEXT * 1.1], TEXT, INK, Anchor::Middle);
+                }
             }
         }
         drawing.lines(grid, 0.4, GRID);
@@ -234,6 +241,18 @@ fn month_length(month: usize, leap: bool) -> f64 {
     }
 }
 
+/// `21 Jun`: a day of the year, from 0.
+fn date(day: usize, leap: bool) -> String {
+    let mut rest = day as f64;
+    let month = (0..11).find(|m| {
+        let length = month_length(*m, leap);
+        let within = rest < length;
+        rest -= if within { 0.0 } else { length };
+        within
+    });
+    format!("{} {}", rest + 1.0, MONTHS[month.unwrap_or(11)])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -242,6 +261,8 @@ mod tests {
         Carpet {
             values,
             steps_per_day: 24,
+            first_day: 0,
+            leap: false,
             title: "Title".into(),
             label: "DGP".into(),
             coloring,
@@ -254,6 +275,18 @@ mod tests {
     fn months_make_a_year() {
         assert_eq!((0..12).map(|m| month_length(m, false)).sum::<f64>(), 365.0);
         assert_eq!((0..12).map(|m| month_length(m, true)).sum::<f64>(), 366.0);
+    }
+
+    #[test]
+    fn days_of_a_part_of_a_year_have_their_dates() {
+        let dates = [(0, false), (59, false), (59, true), (60, true), (171, false), (364, false), (365, true)];
+        assert_eq!(dates.map(|(day, leap)| date(day, leap)), ["1 Jan", "1 Mar", "29 Feb", "1 Mar", "21 Jun", "31 Dec", "31 Dec"]);
+        let values = vec![0.5; 4 * 24 * 10];
+        let scale = Scale::linear(0.0, 1.0).unwrap();
+        let plain = carpet(&values, Coloring::Continuous { palette: Palette::Gray, scale });
+        let june = Carpet { steps_per_day: 96, first_day: 171, ..plain };
+        let svg = june.draw().unwrap().svg().unwrap();
+        assert!(svg.contains("21 Jun") && !svg.contains("Jan"));
     }
 
     #[test]

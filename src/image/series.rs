@@ -42,6 +42,15 @@ impl Pattern {
         Ok(Self { before, after, digits, fill: if zero { '0' } else { ' ' }, text: text.to_owned() })
     }
 
+    /// The pattern `name` in a folder, in whose own name a percent sign is one.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse) of the name.
+    pub fn inside(folder: &Path, name: &str) -> Result<Self> {
+        let before = folder.display().to_string().replace('%', "%%");
+        Self::parse(&Path::new(&before).join(name).display().to_string())
+    }
+
     /// The file of a number.
     pub fn path(&self, number: usize) -> PathBuf {
         let digits = number.to_string();

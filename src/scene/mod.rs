@@ -5,6 +5,7 @@
 
 mod files;
 pub mod gltf;
+pub(crate) mod pane;
 pub mod points;
 pub mod polygon;
 pub mod rad;

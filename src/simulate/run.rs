@@ -2,8 +2,8 @@
 //! pictures and glare.
 
 use super::context::{Context, Ledger};
-use super::inputs::Inputs;
 use super::inputs::suns::SunCensus;
+use super::inputs::{Inputs, reach};
 use super::light::{Daylight, Light, Skies};
 use super::phases::sampled::sampled;
 use super::phases::sky::sky;
@@ -40,21 +40,21 @@ use std::time::Instant;
 /// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
 /// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D |
 /// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux |
-/// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns hours (transposed in the table) |
+/// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
-/// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for |
+/// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for, by hour of the year; of shorter steps with two digits more, the minute |
 /// | `glare/VIEW.csv`, `.png`, `.svg` | DGP of every hour with its standard error; carpet plot |
-/// | `glare/annual.csv`, `undecided.csv`, `METHOD.dgp` | annual glare of all views; hours whose class the noise leaves open; DGP, rows views, columns hours |
+/// | `glare/annual.csv`, `undecided.csv`, `METHOD.dgp` | annual glare of all views, in hours whatever the length of a step; steps whose class the noise leaves open (95 %); DGP, rows views, columns time steps |
 /// | `summary.json` | [`Summary`] |
 ///
 /// Matrices of an earlier run into the same folder are used again if all their inputs are the same,
 /// so that a run that was stopped goes on where it was.
 ///
 /// # Errors
-/// A folder that cannot be written to, failures of the device, sensors that no light can reach, or
-/// when stopped by `progress`.
+/// A folder that cannot be written to, failures of the device, no sensor that light can reach (one that
+/// none can reach has 0 lx and a warning), or when stopped by `progress`.
 pub fn run(
     device: &Device,
     project: &Project,
@@ -100,6 +100,8 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let daylight: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::total).collect();
     let daylight_direct: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::direct).collect();
 
+    let dark = reach::check(inputs, &sampled.view.total(), warnings)?;
+
     let clock = Instant::now();
     let suns = TracedSuns::trace(context, &mut ledger, warnings)?;
     ledger.seconds.suns = clock.elapsed().as_secs_f64();
@@ -121,7 +123,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let errors = timed(&mut ledger.seconds.error_estimate, || sensors::errors(context, &made, &lux))?;
 
     let clock = Instant::now();
-    let groups = sensors::write(context, &lux, &errors)?;
+    let groups = sensors::write(context, &lux, &errors, &dark)?;
     let pictures = views::pictures(context, &mut ledger, &made, warnings)?;
     ledger.seconds.write = clock.elapsed().as_secs_f64();
 
@@ -197,7 +199,8 @@ fn summary(
         suns,
         sky_subdivision: project.method.sky.subdivision(),
         bounces: project.method.bounces,
-        hours: inputs.weather.records.len(),
+        hours: inputs.weather.steps().hours(inputs.weather.records.len()),
+        time_steps: inputs.weather.records.len(),
         sensors,
         views,
         glare,

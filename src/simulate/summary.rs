@@ -38,8 +38,11 @@ pub struct Summary {
     pub sky_subdivision: usize,
     /// Limit of diffuse reflections; absent: none.
     pub bounces: Option<u32>,
-    /// Time steps of the weather file.
-    pub hours: usize,
+    /// Hours that the weather file covers.
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours: f64,
+    /// Its time steps: columns of the results.
+    pub time_steps: usize,
     /// Results per group of sensors.
     pub sensors: Vec<SensorSummary>,
     /// Pictures per view.

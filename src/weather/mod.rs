@@ -6,8 +6,11 @@
 
 mod epw;
 mod series;
+mod steps;
 pub mod sun;
 mod wea;
+
+pub use steps::{Days, Place, Steps};
 
 use crate::error::{Error, Result, Warnings};
 use std::path::Path;

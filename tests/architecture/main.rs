@@ -15,6 +15,8 @@ use imports::{Tree, circles};
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("units", &[]),
+    ("statistics", &[]),
+    ("random", &[]),
     // Pages for users.
     ("guide", &[]),
     ("files", &[]),
@@ -37,7 +39,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("simulate", &["gpu", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "matrix", "files", "progress"]),
 ];
 
-const OPEN_TO_ALL: &[&str] = &["error", "units"];
+const OPEN_TO_ALL: &[&str] = &["error", "units", "statistics", "random"];
 
 /// The order inside the module that is a house of its own: each part imports only parts before it.
 const INSIDE_SIMULATE: &[&str] = &[

@@ -134,7 +134,11 @@ impl Results {
                 Err(e) => notes.push(format!("view '{name}' cannot be shown: {e}")),
             }
         }
-        let hours = groups.first().map(|g| g.lux.cols()).or_else(|| summary["hours"].as_u64().map(|h| h as usize)).unwrap_or(8760);
+        let hours = groups
+            .first()
+            .map(|g| g.lux.cols())
+            .or_else(|| summary["time_steps"].as_u64().or(summary["hours"].as_u64()).map(|h| h as usize))
+            .unwrap_or(8760);
         let project = summary["project"].as_str().map(|p| folder.join(p)).or_else(|| guess_project(folder));
         let (mut scene, mut weather) = (None, None);
         let (mut states, mut shaded) = (HashMap::new(), HashSet::new());
@@ -285,10 +289,13 @@ fn read_hours(file: &Path, state: &str, hours: usize, notes: &mut Vec<String>) -
     let error = column("dgp_standard_error");
     let name = file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut year = GlareYear { view: name + state, dgp: vec![f64::NAN; hours], error: vec![f64::NAN; hours], class: vec![f64::NAN; hours] };
-    for line in lines {
+    // A row per time step: then the hour of the year in it only names the step.
+    let whole = text.lines().count() == hours + 1;
+    for (row, line) in lines.enumerate() {
         let words: Vec<&str> = line.split(',').map(str::trim).collect();
         let number = |i: usize| words.get(i).and_then(|w| w.parse::<f64>().ok());
-        match (words.get(hour).and_then(|w| w.parse::<usize>().ok()), number(dgp), number(light)) {
+        let step = if whole { Some(row) } else { words.get(hour).and_then(|w| w.parse::<usize>().ok()) };
+        match (step, number(dgp), number(light)) {
             // Without light there is no glare to speak of.
             (Some(h), Some(v), Some(lux)) if h < hours => {
                 if lux > 0.0 {

@@ -5,7 +5,7 @@
 use crate::bins::{AngleBasis, ReinhartSky};
 use crate::scene::{MaterialKind, Scene, Window};
 use glam::DVec3;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Sum and sum of squares of a Monte-Carlo estimate.
 #[derive(Debug, Clone, Copy, Default)]
@@ -30,40 +30,8 @@ impl Estimate {
     }
 }
 
-/// SplitMix64 (Steele et al. 2014).
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn cosine_direction(&mut self, normal: DVec3) -> DVec3 {
-        let (r2, phi) = (self.next(), TAU * self.next());
-        let x = normal.any_orthonormal_vector();
-        let y = normal.cross(x);
-        (x * (r2.sqrt() * phi.cos()) + y * (r2.sqrt() * phi.sin()) + normal * (1.0 - r2).sqrt()).normalize()
-    }
-
-    fn point_on(&mut self, triangles: &[[DVec3; 3]]) -> DVec3 {
-        let area = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).length();
-        let mut pick = self.next() * triangles.iter().map(area).sum::<f64>();
-        let mut chosen = triangles[triangles.len() - 1];
-        for t in triangles {
-            if pick < area(t) {
-                chosen = *t;
-                break;
-            }
-            pick -= area(t);
-        }
-        let (u, v) = (self.next().sqrt(), self.next());
-        chosen[0] * (1.0 - u) + chosen[1] * (u * (1.0 - v)) + chosen[2] * (u * v)
-    }
-}
+pub use crate::random::Random;
+pub use crate::scene::pane::glass_pane;
 
 enum Met {
     Nothing,
@@ -118,20 +86,6 @@ struct Scattered {
 
 fn largest(c: [f64; 3]) -> f64 {
     c[0].max(c[1]).max(c[2])
-}
-
-/// Transmittance and reflectance of a pane: Fresnel's equations by angles, then the sum over all
-/// internal reflections, both polarisations averaged.
-pub fn glass_pane(transmissivity: [f64; 3], refraction_index: f64, cosine: f64) -> ([f64; 3], [f64; 3]) {
-    let sin_in = (1.0 - cosine * cosine).max(0.0).sqrt();
-    let cos_out = (1.0 - (sin_in / refraction_index).powi(2)).sqrt();
-    let rs = ((cosine - refraction_index * cos_out) / (cosine + refraction_index * cos_out)).powi(2);
-    let rp = ((refraction_index * cosine - cos_out) / (refraction_index * cosine + cos_out)).powi(2);
-    let pass = transmissivity.map(|t| t.powf(1.0 / cos_out));
-    let mix = |f: &dyn Fn(f64, f64) -> f64| pass.map(|d| (f(rs, d) + f(rp, d)) / 2.0);
-    let t = mix(&|r, d| (1.0 - r).powi(2) * d / (1.0 - (r * d).powi(2)));
-    let r = mix(&|r, d| r + (1.0 - r).powi(2) * r * d * d / (1.0 - (r * d).powi(2)));
-    (t, r)
 }
 
 /// Radiance's material models for smooth and rough surfaces, one lobe chosen at random.

@@ -1,7 +1,9 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 pub mod import;
+pub mod reach;
 pub mod shade;
+mod shade_check;
 pub mod suns;
 
 use self::import::{Imported, sun_matrices};
@@ -14,6 +16,8 @@ use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
 use crate::scene::{self, Scene, Window};
+use crate::simulate::project::glare::GlareMethod;
+use crate::simulate::project::glazing;
 use crate::simulate::project::{Project, SensorsSection, WindowSection};
 use crate::weather::Weather;
 use glam::DVec3;
@@ -30,6 +34,9 @@ pub struct Inputs {
     pub windows: Vec<ProjectWindow>,
     /// One per `[[sensors]]`.
     pub sensors: Vec<SensorGroup>,
+    /// Of all sensors in the order of the groups, whether no way of light to them was found (see
+    /// [`reach`]).
+    pub seem_dark: Vec<bool>,
 }
 
 /// A window with its transmission.
@@ -75,6 +82,7 @@ impl Inputs {
     /// from every sensor.
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
         let weather = Weather::read(&project.weather.file, warnings)?;
+        check_steps(project, &weather, warnings)?;
         // Commands inside scene files may name files relative to the project's folder.
         let base = project.folder();
         let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
@@ -91,8 +99,12 @@ impl Inputs {
         for window in &windows {
             check_side(window, &sensors)?;
         }
-        let inputs = Self { weather, scene, windows, sensors };
+        let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
+        let seem_dark = reach::seem_dark(&scene, &plain, &sensors);
+        reach::warn(&sensors, &seem_dark, warnings);
+        let inputs = Self { weather, scene, windows, sensors, seem_dark };
         inputs.check_suns(project, warnings)?;
+        inputs.check_peaks(project, warnings);
         Ok(inputs)
     }
 
@@ -110,19 +122,32 @@ impl Inputs {
             }
             return Ok(());
         }
-        for section in project.windows.iter().filter(|w| w.lets_suns_through() && !w.states.is_empty()) {
-            warnings.push(
-                Error::new(format!("the sun is traced through the shade or tensor tree of window '{}' in all of its states", section.name))
-                    .file(&project.file)
-                    .help("for states that let the sun through differently run a project for each, with its own shade"),
-            );
-        }
+        shade_check::warn(project, self, warnings);
         if self.sensors.iter().any(|g| g.sun.is_some()) {
             let suns = self.sun_set(project)?;
             let files = self.sensors.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
             sun_matrices(files, &suns)?;
         }
         Ok(())
+    }
+
+    /// Sharp glare that the sky's patches and the bins blur: a sun seen through a pane, but not traced.
+    fn check_peaks(&self, project: &Project, warnings: &mut Warnings) {
+        let Some(glare) = project.glare.as_ref().filter(|g| g.method != GlareMethod::Dgps) else { return };
+        let five = project.method.choice(&project.windows).phases == 5;
+        for section in project.windows.iter().filter(|w| !(five && w.lets_suns_through())) {
+            let states = if section.states.is_empty() { std::slice::from_ref(&section.bsdf) } else { &section.states[..] };
+            let Some(clear) = states.iter().find(|file| glazing::passes_straight(file)) else { continue };
+            warnings.push(
+                Error::new(format!(
+                    "the sun is seen through window '{}', but it is spread over a patch of the sky and a bin of the BSDF: glare by                      method \"{}\" misses hours with the sun in view",
+                    section.name,
+                    glare.method.name()
+                ))
+                .file(clear)
+                .help("give the window a shade = \"….rad\" with its panes, or a tensor_tree = \"….xml\": then five phases trace the sun through it"),
+            );
+        }
     }
 
     /// Number of bins of all windows: columns of V.
@@ -221,6 +246,23 @@ pub fn split(matrix: &Matrix<f32>, groups: &[SensorGroup]) -> Vec<Matrix<f32>> {
             Matrix::from_data(rows, matrix.cols(), matrix.components(), data).expect("a slice of whole rows")
         })
         .collect()
+}
+
+/// Faults of the hours, before hours of tracing.
+fn check_steps(project: &Project, weather: &Weather, warnings: &mut Warnings) -> Result<()> {
+    let steps = weather.steps();
+    let all: Vec<usize> = (0..steps.len()).collect();
+    let images = &project.images;
+    images.hours.chosen(&steps, &all).map_err(|e| e.file(&project.file).line(images.line).field("images.hours"))?;
+    if !steps.are_even {
+        let minutes = 60.0 * steps.length;
+        warnings.push(
+            Error::new(format!("time steps are of different lengths: in sums of hours each counts as {minutes:.0} minutes"))
+                .file(&project.weather.file)
+                .help("give the weather in even steps"),
+        );
+    }
+    Ok(())
 }
 
 fn read_group(section: &SensorsSection, bins: usize, warnings: &mut Warnings) -> Result<SensorGroup> {

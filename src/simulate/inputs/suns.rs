@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// How many suns there are and why not all are traced.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SunCensus {
     /// Scheme, for people.
     pub scheme: String,
@@ -24,14 +24,18 @@ pub struct SunCensus {
     /// Left out: behind every window, where their light cannot enter.
     pub behind_windows: usize,
     /// Hours with direct sun.
-    pub hours: usize,
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours: f64,
     /// Of them, those whose sun is behind every window.
-    pub hours_behind_windows: usize,
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours_behind_windows: f64,
     /// Hours with direct light although the sun is below the horizon (left out with hourly suns; with
     /// patches they count with the lowest ones, as in gendaymtx).
-    pub hours_below_horizon: usize,
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours_below_horizon: f64,
     /// Hours without direct sun: night and clouds.
-    pub hours_without: usize,
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours_without: f64,
 }
 
 /// The suns to trace and what they do in each hour.
@@ -96,16 +100,17 @@ impl SunSet {
             hours.iter().zip(&sun_of_hour).map(|(hour, sun)| Some((numbers[(*sun)?]?, hour.as_ref()?.radiance))).collect();
         let behind: Vec<bool> = sun_of_hour.iter().map(|sun| sun.is_some_and(|s| numbers[s].is_none())).collect();
         let with_sun = sun_of_hour.iter().flatten().count();
+        let hours_of = |steps: usize| weather.steps().hours(steps);
         let census = SunCensus {
             scheme: scheme.to_string(),
             all,
             needed: suns.len(),
             never: all - candidates.len(),
             behind_windows: candidates.len() - suns.len(),
-            hours: with_sun,
-            hours_behind_windows: behind.iter().filter(|b| **b).count(),
-            hours_below_horizon: below,
-            hours_without: hours.len() - hours.iter().flatten().count(),
+            hours: hours_of(with_sun),
+            hours_behind_windows: hours_of(behind.iter().filter(|b| **b).count()),
+            hours_below_horizon: hours_of(below),
+            hours_without: hours_of(hours.len() - hours.iter().flatten().count()),
         };
         Ok(Self { suns, columns, all_columns, hours: traced, behind, census })
     }
@@ -195,10 +200,10 @@ mod tests {
                 assert_eq!(c.needed + c.never + c.behind_windows, c.all);
                 assert_eq!(c.needed, set.suns.len());
                 let traced = set.hours.iter().flatten().count();
-                assert_eq!(traced + c.hours_behind_windows, c.hours);
-                assert_eq!(set.behind.iter().filter(|b| **b).count(), c.hours_behind_windows);
+                assert_eq!(traced as f64 + c.hours_behind_windows, c.hours);
+                assert_eq!(set.behind.iter().filter(|b| **b).count() as f64, c.hours_behind_windows);
                 if windows.len() == 1 {
-                    assert!(c.behind_windows > 0 && c.hours_behind_windows > 0, "the sun rises in the north-east in summer");
+                    assert!(c.behind_windows > 0 && c.hours_behind_windows > 0.0, "the sun rises in the north-east in summer");
                     assert!(set.suns.iter().all(|s| s.direction.y < 0.005));
                 } else {
                     assert_eq!(c.behind_windows, 0);
@@ -224,7 +229,7 @@ mod tests {
                 }
             }
             println!("{degrees}°: {} suns for {} hours", set.suns.len(), set.census.hours);
-            assert!(set.suns.len() <= set.census.hours);
+            assert!(set.suns.len() as f64 <= set.census.hours);
         }
     }
 
@@ -232,6 +237,6 @@ mod tests {
     fn without_sun_there_are_no_suns() {
         let set = SunSet::new(&year(45.0, 0.0), SunScheme::HOURLY, &[]).unwrap();
         assert!(set.suns.is_empty() && set.hours.iter().all(Option::is_none));
-        assert_eq!(set.census.hours_without, 8760);
+        assert_eq!(set.census.hours_without, 8760.0);
     }
 }

@@ -132,8 +132,7 @@ impl<'a> SunsGiven<'a> {
 pub fn export(store: &Store, view: &str, suns: Option<(&SunSet, &SunPictures)>) -> Result<()> {
     let folder = store.image_folder(view)?.join("components");
     std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
-    let before = folder.display().to_string().replace('%', "%%");
-    let pattern = |name: &str| Pattern::parse(&format!("{before}/{name}"));
+    let pattern = |name: &str| Pattern::inside(&folder, name);
     let mut size = None;
     for (suffix, name) in [("", "V%03d.hdr"), ("_direct", "Vd%03d.hdr")] {
         let path = store.matrix_path(&format!("V_{view}{suffix}"));

@@ -181,7 +181,6 @@ fn keep_view(context: &Context<'_>, ledger: &mut Ledger, view: &Estimate, mut in
     }
     inputs.add(&view.rounds);
     let total = view.total();
-    check_light(context, &total)?;
     let parts = [("", total), ("_direct", view.direct()), ("_standard_error", view.standard_error())];
     for (suffix, matrix) in parts {
         for (group, part) in context.inputs.sensors.iter().zip(split(&matrix, &context.inputs.sensors)) {
@@ -223,27 +222,5 @@ fn keep_daylight(
         context.store.save(&t_name, &t, transmission_inputs, "transmission, rows outgoing bins, columns incident bins")?;
     }
     ledger.note(&name, [total.rows(), total.cols()], !traced, ledger.seconds.daylight, daylight.rounds);
-    Ok(())
-}
-
-/// A sensor without any light from any window is inside a wall, or in a closed space.
-fn check_light(context: &Context<'_>, view: &Matrix<f32>) -> Result<()> {
-    // Far below any light that could matter; exact zeros are not certain.
-    const NOTHING: f64 = 1e-9;
-    let sums: Vec<f64> = (0..view.rows()).map(|row| view.row(row).iter().map(|&v| f64::from(v)).sum()).collect();
-    let most = sums.iter().copied().fold(0.0, f64::max);
-    let mut row = 0;
-    for group in &context.inputs.sensors {
-        for sensor in &group.sensors {
-            if sums[row] <= NOTHING * most {
-                let p = sensor.position;
-                return Err(crate::error::Error::new(format!("no light of any window reaches the sensor at {} {} {}", p.x, p.y, p.z))
-                    .file(&group.file)
-                    .line(sensor.line)
-                    .help("is it inside a wall or a piece of furniture, or in a room without a window? Move it or take it out"));
-            }
-            row += 1;
-        }
-    }
     Ok(())
 }

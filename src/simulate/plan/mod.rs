@@ -1,7 +1,6 @@
 //! What a run will model, what it leaves out because the scene does not need it, and what it costs:
 //! `lucarne plan`. Nothing is traced and no device is needed.
 
-pub mod glazing;
 pub mod presets;
 
 use self::presets::{daylight_options, image_options, rounds, sun_options, view_options};
@@ -68,10 +67,12 @@ pub struct RunPlan {
     pub sky_subdivision: usize,
     /// Whether it was left to the glazing.
     pub sky_follows_glazing: bool,
-    /// Time steps.
-    pub hours: usize,
-    /// Time steps that are not night.
-    pub lit_hours: usize,
+    /// Hours that the weather covers.
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours: f64,
+    /// Those that are not night.
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub lit_hours: f64,
     /// What is modelled, one line per item.
     pub model: Vec<String>,
     /// Suns of five phases.
@@ -91,7 +92,8 @@ pub struct RunPlan {
 pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
     let choice = project.method.choice(&project.windows);
     let columns = sky_columns(&inputs.weather, &SkyOptions::default())?;
-    let lit_hours = columns.iter().filter(|c| !c.black).count();
+    let lit = columns.iter().filter(|c| !c.black).count();
+    let steps = inputs.weather.steps();
     let windows: Vec<Window> = inputs.windows.iter().map(|w| w.window.clone()).collect();
     let suns = (choice.phases == 5)
         .then(|| SunSet::new(&inputs.weather, project.method.suns, &inputs.sunny_windows()))
@@ -103,10 +105,10 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
         preset: project.quality.name(),
         sky_subdivision: project.method.sky.subdivision(),
         sky_follows_glazing: project.method.sky_follows_glazing,
-        hours: inputs.weather.records.len(),
-        lit_hours,
+        hours: steps.hours(steps.len()),
+        lit_hours: steps.hours(lit),
         model: model(inputs),
-        costs: costs(project, inputs, suns.as_ref(), lit_hours)?,
+        costs: costs(project, inputs, suns.as_ref(), lit)?,
         suns,
         omissions: Vec::new(),
         kept: kept(inputs),
@@ -146,7 +148,7 @@ fn daylight_rays(project: &Project, inputs: &Inputs, window: usize) -> f64 {
 fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunCensus>, lit_hours: usize) -> Result<Vec<PhasePlan>> {
     let rounds = f64::from(rounds(project));
     let bins = inputs.bins();
-    let mut all = vec![phase("S".into(), (project.method.sky.len(), "patches"), (inputs.weather.records.len(), "hours"), 0.0)];
+    let mut all = vec![phase("S".into(), (project.method.sky.len(), "patches"), (inputs.weather.records.len(), "steps"), 0.0)];
     let count: usize = inputs.sensors.iter().map(|g| g.sensors.len()).sum();
     if count > 0 {
         let o = view_options(project, 0);
@@ -199,7 +201,7 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
         all.push(Omission { what, because: because.to_string(), saves, changes: changes.to_string() });
     };
     const EXACT: &str = "nothing";
-    let share = |part: usize, of: usize| format!("{:.0} %", 100.0 * part as f64 / of.max(1) as f64);
+    let share = |part: f64, of: f64| format!("{:.0} %", 100.0 * part / of.max(1e-9));
     if let Some(suns) = &plan.suns {
         let per_sun = plan.costs.iter().find(|p| p.name.starts_with("Cds")).map_or(0.0, |p| p.rays / suns.needed.max(1) as f64);
         if suns.never > 0 {
@@ -218,10 +220,10 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
                 "the suns' noise alone (they get other random numbers)",
             );
         }
-        if suns.hours_without > 0 {
+        if suns.hours_without > 0.0 {
             leave(format!("suns of {} hours", suns.hours_without), "night, or clouds before the sun", "their products".into(), EXACT);
         }
-        if suns.hours_below_horizon > 0 && suns.scheme.starts_with("hourly") {
+        if suns.hours_below_horizon > 0.0 && suns.scheme.starts_with("hourly") {
             leave(
                 format!("suns of {} hours", suns.hours_below_horizon),
                 "the sun is below the horizon although the weather has direct light",
@@ -241,7 +243,7 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
         );
     }
     let night = plan.hours - plan.lit_hours;
-    if night > 0 {
+    if night > 0.0 {
         let what = format!("sky and pictures of {night} hours");
         leave(what, "night: they are zero", format!("{} of the products", share(night, plan.hours)), EXACT);
     }
@@ -258,7 +260,7 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
         let outside = (0..raster.len()).filter(|p| !raster.is_seen(p % raster.width(), p / raster.width())).count();
         if outside > 0 {
             let what = format!("{outside} of {} pixels of {}", raster.len(), view.name);
-            leave(what, "they are outside the view", format!("{} of its rays", share(outside, raster.len())), EXACT);
+            leave(what, "they are outside the view", format!("{} of its rays", share(outside as f64, raster.len() as f64)), EXACT);
         }
     }
     let features = TraceTables::new(&inputs.scene, windows, WindowSurfaces::Absorb)?.features;

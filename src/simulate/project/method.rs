@@ -1,11 +1,11 @@
 //! `[method]`: how many phases, which suns, and what is chosen where the project leaves it open.
 
 use super::WindowSection;
+use super::glazing;
 use super::table::Table;
 use crate::bins::ReinhartSky;
 use crate::error::Result;
 use crate::kernels::sun_matrix::Sun;
-use crate::simulate::plan::glazing;
 use std::fmt;
 
 /// `phases` of the project file.
@@ -58,7 +58,7 @@ pub struct MethodSection {
     pub phases: Phases,
     /// Suns of the five-phase method.
     pub suns: SunScheme,
-    /// Division of the sky, Reinhart MF:n.
+    /// Division of the sky, Reinhart MF:n: as fine as the glazing asks, unless written.
     pub sky: ReinhartSky,
     /// Whether the sky was left to the glazing.
     pub sky_follows_glazing: bool,
@@ -85,9 +85,9 @@ impl MethodSection {
         let mut method = Self {
             phases: Phases::Auto,
             suns: patches,
-            sky: ReinhartSky::new(1)?,
+            sky: glazing::sky(windows)?,
             bounces: None,
-            sky_follows_glazing: false,
+            sky_follows_glazing: true,
             suns_are_given: false,
             suns_are_spread: false,
         };
@@ -115,9 +115,8 @@ impl MethodSection {
             Some(Err(_)) => SunScheme::HOURLY,
         };
         match table.integer_or_choice("sky_subdivision", 1..=6, &["auto"])? {
-            None => {}
-            Some(Ok(n)) => method.sky = ReinhartSky::new(n as usize)?,
-            Some(Err(_)) => (method.sky, method.sky_follows_glazing) = (glazing::sky(windows)?, true),
+            None | Some(Err(_)) => {}
+            Some(Ok(n)) => (method.sky, method.sky_follows_glazing) = (ReinhartSky::new(n as usize)?, false),
         }
         if method.phases == Phases::Auto && suns.is_none() {
             method.suns_are_spread = sunny.peek().is_some() && sunny.all(spread);

@@ -25,11 +25,11 @@
 //! [glare]                             # glare of all views, see glare_section
 //! method = "image"
 //! [images]
-//! hours = "daylight"                  # "daylight" | "none" | [1164, 1929]
+//! hours = "daylight"                  # "daylight" | "none" | [1164, 1929], hours of the year from 0
 //! [method]
 //! phases = "auto"                     # "auto" | 2 | 3 | 5
 //! suns = 6                            # of five phases: Reinhart MF, or "hourly"
-//! sky_subdivision = 1                 # Reinhart MF (1 if left out), or "auto": as the glazing asks
+//! sky_subdivision = "auto"            # as the glazing asks (MF:4, diffuse panels MF:2), or Reinhart MF:1 … 6
 //! bounces = 4                         # left out: not truncated (Russian roulette)
 //! [quality]
 //! preset = "standard"                 # draft | standard | final
@@ -43,6 +43,7 @@
 
 pub mod given;
 pub mod glare;
+pub mod glazing;
 pub mod method;
 pub mod quality;
 mod table;
@@ -187,6 +188,7 @@ impl Project {
             return Err(top.error("view", format!("a view cannot have the name '{}': a table of glare has it", view.name)));
         }
         states_match(&top, &windows)?;
+        states_have_results(&top, &windows, &sensors, &images, method.choice(&windows).phases)?;
         imports_match(&top, method.choice(&windows).phases, &windows, &sensors)?;
         unique(&top, "window", windows.iter().map(|w| w.name.as_str()))?;
         unique(&top, "sensors", sensors.iter().map(|s| s.name.as_str()))?;
@@ -273,6 +275,38 @@ fn states_match(top: &Table<'_, '_>, windows: &[WindowSection]) -> Result<()> {
                 format!("window '{}' has {} states, '{}' has {}", first.name, first.states.len(), other.name, other.states.len()),
             )
             .help("give all windows with states the same number: the first of each belong together, and so on")),
+    }
+}
+
+/// Glare alone is computed for each state; anything else would be that of the first.
+fn states_have_results(
+    top: &Table<'_, '_>,
+    windows: &[WindowSection],
+    sensors: &[SensorsSection],
+    images: &ImagesSection,
+    phases: u32,
+) -> Result<()> {
+    let Some(window) = windows.iter().find(|w| w.states.len() > 1) else { return Ok(()) };
+    const HELP: &str =
+        "write a project for each state, with 'bsdf' in place of 'states'; 'lucarne run A.toml B.toml' traces what they share once";
+    if let Some(sunny) = windows.iter().find(|w| w.lets_suns_through()).filter(|_| phases == 5) {
+        return Err(top
+            .error("window", format!("the sun would be traced through the shade or tensor tree of window '{}' in all states", sunny.name))
+            .help(format!("{HELP}; each with its own shade or tensor_tree")));
+    }
+    let wanted = if !sensors.is_empty() {
+        Some(("sensors", "illuminance"))
+    } else if images.hours != ImageHours::None || images.components {
+        Some(("images", "a picture"))
+    } else {
+        None
+    };
+    match wanted {
+        None => Ok(()),
+        Some((section, what)) => {
+            let text = format!("window '{}' has {} states, but {what} is computed for one state only", window.name, window.states.len());
+            Err(top.error(section, text).help(HELP))
+        }
     }
 }
 
@@ -364,7 +398,11 @@ seed = 0x2a
     #[test]
     fn what_is_left_out_has_defaults() {
         let p = read(&GOOD[..GOOD.find("[method]").unwrap()]).unwrap();
-        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (Phases::Auto, 1, None));
+        assert_eq!(
+            (p.method.phases, p.method.sky.subdivision(), p.method.bounces),
+            (Phases::Auto, 4, None),
+            "b.xml is no BSDF of a diffuse panel"
+        );
         assert_eq!(p.method.choice(&p.windows).phases, 3);
         assert_eq!((p.quality.preset, p.quality.seed), (Preset::Standard, 1));
     }
@@ -475,6 +513,25 @@ seed = 0x2a
         }
         assert!(complaint(&format!("{GOOD}[images]\nhours = \"daylight\"\n")).contains("[[view]]"));
         assert!(complaint(&format!("{GOOD}{view}[images]\nhours = \"night\"\n")).contains("'night'"));
+    }
+
+    #[test]
+    fn states_are_for_glare_alone() {
+        let states = GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\", \"w.rad\"]");
+        let message = complaint(&states);
+        assert!(message.starts_with("project.toml:10: sensors: ") && message.contains("'south' has 2 states"), "{message}");
+        assert!(message.contains("illuminance is computed for one state only") && message.contains("a project for each state"));
+        let view = "[[view]]\nname = \"desk\"\nfile = \"m.rad\"\n";
+        let glare = states.replace("[[sensors]]\nname = \"workplane\"\npoints = \"p.txt\"\n", view) + "[glare]\n";
+        assert_eq!(read(&glare).unwrap().windows[0].states.len(), 2);
+        for images in ["hours = [12]", "hours = \"daylight\"", "components = true"] {
+            let message = complaint(&format!("{glare}[images]\n{images}\n"));
+            assert!(message.contains("images: ") && message.contains("a picture is computed for one state only"), "{message}");
+        }
+        let traced = glare.replace("phases = 3", "phases = 5").replace("surface = \"w.rad\"", "surface = \"w.rad\"\nshade = \"s.rad\"");
+        assert!(complaint(&traced).contains("tensor tree of window 'south' in all states"), "{}", complaint(&traced));
+        // One state is no choice.
+        assert!(read(&GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\"]")).is_ok());
     }
 
     #[test]

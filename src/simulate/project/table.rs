@@ -30,10 +30,12 @@ impl<'a> Document<'a> {
         })
     }
 
+    fn line(&self, offset: usize) -> usize {
+        1 + self.text.as_bytes()[..offset.min(self.text.len())].iter().filter(|&&b| b == b'\n').count()
+    }
+
     fn error_at(&self, offset: usize, message: impl Into<String>) -> Error {
-        let end = offset.min(self.text.len());
-        let line = 1 + self.text.as_bytes()[..end].iter().filter(|&&b| b == b'\n').count();
-        Error::new(message).file(self.file).line(line)
+        Error::new(message).file(self.file).line(self.line(offset))
     }
 }
 
@@ -64,6 +66,11 @@ impl<'d, 'a> Table<'d, 'a> {
 
     fn field(&self, key: &str) -> String {
         if self.name.is_empty() { key.to_string() } else { format!("{}.{key}", self.name) }
+    }
+
+    /// The line of a key's value, or that of the table.
+    pub fn line(&self, key: &str) -> usize {
+        self.document.line(self.entries.get(key).map_or(self.offset, |v| v.span().start))
     }
 
     /// An error about the value of a key, with its place.
@@ -124,9 +131,7 @@ impl<'d, 'a> Table<'d, 'a> {
     /// A pattern of numbered files (`v%03d.hdr`), relative to the document's folder.
     pub fn pattern(&mut self, key: &'static str) -> Result<Option<Pattern>> {
         let Some(text) = self.string(key)? else { return Ok(None) };
-        // A percent sign in the folder's name is no place for a number.
-        let folder = self.document.file.parent().unwrap_or(Path::new("")).display().to_string().replace('%', "%%");
-        let parsed = Pattern::parse(&Path::new(&folder).join(&text).display().to_string());
+        let parsed = Pattern::inside(self.document.file.parent().unwrap_or(Path::new("")), &text);
         let help = "write v%03d.hdr or the like";
         parsed.map(Some).map_err(|_| self.error(key, format!("'{text}' has no place for the number of a picture")).help(help))
     }

@@ -5,6 +5,7 @@ use super::table::{Table, name};
 use crate::camera::{Raster, View};
 use crate::error::Result;
 use crate::scene::points::Sensor;
+use crate::weather::Steps;
 use std::path::PathBuf;
 
 /// Most pixels in a row or column.
@@ -77,7 +78,8 @@ pub enum ImageHours {
     None,
     /// All whose sky is not black.
     Daylight,
-    /// These, by number of the year from 0.
+    /// These hours of the year, from 0 (1164: 18 February, 12 to 13 o'clock), whatever part of the year the
+    /// weather file holds; of steps shorter than an hour all that lie in it.
     Chosen(Vec<usize>),
 }
 
@@ -88,11 +90,27 @@ pub struct ImagesSection {
     pub hours: ImageHours,
     /// Whether V, Vd and the suns are written as component pictures too.
     pub components: bool,
+    /// Line of the hours in the project file.
+    pub line: usize,
+}
+
+impl ImageHours {
+    /// The time steps, by number in the weather file; `lit` are those with light.
+    ///
+    /// # Errors
+    /// Hours that the weather file does not have, or has several times.
+    pub fn chosen(&self, steps: &Steps, lit: &[usize]) -> Result<Vec<usize>> {
+        match self {
+            ImageHours::None => Ok(Vec::new()),
+            ImageHours::Daylight => steps.check_unique(lit).map(|()| lit.to_vec()),
+            ImageHours::Chosen(hours) => steps.of_hours(hours),
+        }
+    }
 }
 
 impl ImagesSection {
     pub(super) fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
-        let mut images = Self { hours: ImageHours::None, components: false };
+        let mut images = Self { hours: ImageHours::None, components: false, line: 1 };
         let Some(mut table) = table else { return Ok(images) };
         images.hours = match table.integers_or_choice("hours", 0..=1_000_000, &["daylight", "none"])? {
             None => ImageHours::None,
@@ -100,6 +118,7 @@ impl ImagesSection {
             Some(Err("daylight")) => ImageHours::Daylight,
             Some(Err(_)) => ImageHours::None,
         };
+        images.line = table.line("hours");
         images.components = table.boolean("components")?.unwrap_or(false);
         table.finish()?;
         Ok(images)

@@ -25,9 +25,9 @@ pub struct Estimated {
 pub struct SensorYear {
     /// Mean over all hours, lx.
     pub mean: Estimated,
-    /// Daylight autonomy: share of occupied hours with at least 300 lx.
+    /// Daylight autonomy: share of occupied time with at least 300 lx.
     pub autonomy: Estimated,
-    /// Useful daylight: share of occupied hours between 100 and 3000 lx.
+    /// Useful daylight: share of occupied time between 100 and 3000 lx.
     pub useful: Estimated,
 }
 
@@ -197,7 +197,7 @@ fn summarize(
     let relative = |e: &Estimated| (e.value > 0.0).then_some(e.standard_error / e.value);
     let mut annual: Vec<f64> = groups.iter().flat_map(|g| &g.sensors).filter_map(|s| relative(&s.mean)).collect();
     let mut hourly: Vec<f32> = lux.data().iter().zip(standard_error.data()).filter(|(v, _)| **v > 0.0).map(|(v, e)| e / v).collect();
-    let hours = (0..lux.cols()).into_par_iter().filter(|&h| (0..lux.rows()).any(|s| lux.at(s, h)[0] > 0.0)).count();
+    let lit = (0..lux.cols()).into_par_iter().filter(|&h| (0..lux.rows()).any(|s| lux.at(s, h)[0] > 0.0)).count();
     if annual.is_empty() || hourly.is_empty() {
         return None;
     }
@@ -215,7 +215,7 @@ fn summarize(
         hourly_median,
         hourly_95th_percentile,
         sensors: lux.rows(),
-        hours,
+        hours: chain.inputs.weather.steps().hours(lit),
         confidence_95: chain.confidence_95(),
         target,
         target_met: target.map(|t| annual_largest <= t),
@@ -223,18 +223,18 @@ fn summarize(
 }
 
 /// Writes `illuminance/GROUP_annual.csv`: a sensor per line, every metric followed by its standard
-/// error.
+/// error, and `no light` where none arrives.
 ///
 /// # Errors
 /// Failures of the file system.
-pub fn write(store: &Store, group: &SensorGroup, year: &GroupYear) -> Result<()> {
+pub fn write(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &GroupYear) -> Result<()> {
     let path = store.illuminance_path(&format!("{}_annual", group.name), "csv");
     crate::files::write_atomically(&path, |out| {
         let fault = |e: std::io::Error| Error::io(&path, &e);
         writeln!(
             out,
             "sensor,x,y,z,mean_lx,mean_lx_standard_error,autonomy_300_lx,autonomy_300_lx_standard_error,\
-             useful_100_3000_lx,useful_100_3000_lx_standard_error"
+             useful_100_3000_lx,useful_100_3000_lx_standard_error,note"
         )
         .map_err(fault)?;
         for (i, (sensor, y)) in group.sensors.iter().zip(&year.sensors).enumerate() {
@@ -243,7 +243,7 @@ pub fn write(store: &Store, group: &SensorGroup, year: &GroupYear) -> Result<()>
             for share in [y.autonomy, y.useful] {
                 write!(out, ",{:.5},{:.5}", share.value, share.standard_error).map_err(fault)?;
             }
-            writeln!(out).map_err(fault)?;
+            writeln!(out, ",{}", if dark[i] { "no light" } else { "" }).map_err(fault)?;
         }
         Ok(())
     })

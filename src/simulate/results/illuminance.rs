@@ -57,13 +57,24 @@ pub enum Content {
     StandardError,
 }
 
-/// Writes one group's illuminance or its standard error: a Radiance matrix, and a table for people.
-pub fn write_illuminance(store: &Store, group: &SensorGroup, records: &[Record], lux: &Matrix<f32>, content: Content) -> Result<()> {
+/// Writes one group's illuminance or its standard error: a Radiance matrix, and a table for people, which
+/// marks the sensors that are `dark`.
+///
+/// # Errors
+/// Failures of the file system.
+pub fn write_illuminance(
+    store: &Store,
+    group: &SensorGroup,
+    dark: &[bool],
+    records: &[Record],
+    lux: &Matrix<f32>,
+    content: Content,
+) -> Result<()> {
     let (name, about) = match content {
         Content::Illuminance => (group.name.clone(), "illuminance"),
         Content::StandardError => (format!("{}_standard_error", group.name), "standard error of the illuminance"),
     };
-    let header = [software(), format!("CONTENT={about} of {} in lux, rows sensors, columns hours", group.name)];
+    let header = [software(), format!("CONTENT={about} of {} in lux, rows sensors, columns time steps", group.name)];
     write_matrix(Some(&store.illuminance_path(&name, "mtx")), lux, Format::Float, &header)?;
     let path = store.illuminance_path(&name, "csv");
     crate::files::write_atomically(&path, |out| {
@@ -71,8 +82,12 @@ pub fn write_illuminance(store: &Store, group: &SensorGroup, records: &[Record],
         let labels: Vec<String> = group
             .sensors
             .iter()
+            .zip(dark)
             .enumerate()
-            .map(|(i, s)| format!("{} ({} {} {})", i + 1, s.position.x, s.position.y, s.position.z))
+            .map(|(i, (s, dark))| {
+                let mark = if *dark { "no light " } else { "" };
+                format!("{} {mark}({} {} {})", i + 1, s.position.x, s.position.y, s.position.z)
+            })
             .collect();
         writeln!(out, "month,day,hour,{}", labels.join(",")).map_err(fault)?;
         for (hour, record) in records.iter().enumerate() {

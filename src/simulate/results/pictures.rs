@@ -75,19 +75,14 @@ impl PictureView {
             let (width, height, bins, view) = (set.width(), set.height(), set.len(), set.view().map(str::to_string));
             return Ok(Self { name: name.into(), source: Source::Pictures(set), next_row: 0, width, height, bins, view });
         }
-        Self::from_matrix(Path::new(name), size)
+        Self::open_matrix(Path::new(name), size)
     }
 
-    /// Opens a view matrix file of this program, whatever its path looks like.
+    /// Opens a matrix file, whatever its name or that of a folder looks like.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_matrix(path: &Path) -> Result<Self> {
-        Self::from_matrix(path, None)
-    }
-
-    fn from_matrix(path: &Path, size: Option<[usize; 2]>) -> Result<Self> {
-        let name = path.display().to_string();
+    pub fn open_matrix(path: &Path, size: Option<[usize; 2]>) -> Result<Self> {
         let rows = if path == Path::new("-") { None } else { MatrixRows::open(path)? };
         let (source, header, rows, bins, components) = match rows {
             Some(r) => {
@@ -119,7 +114,7 @@ impl PictureView {
                 .field(if stated.is_some() { "RESOLUTION" } else { "-x, -y" }));
         }
         let view = value("VIEW").map(str::to_string);
-        Ok(Self { name, source, next_row: 0, width, height, bins, view })
+        Ok(Self { name: path.display().to_string(), source, next_row: 0, width, height, bins, view })
     }
 
     /// Opens a view matrix and its straight part, both files of this program with the same shape: a
@@ -128,7 +123,7 @@ impl PictureView {
     /// # Errors
     /// As [`open`](Self::open), and files of different shapes.
     pub fn open_split(total: &Path, direct: &Path) -> Result<Self> {
-        let Self { name, source, width, height, bins, view, .. } = Self::open_matrix(total)?;
+        let Self { name, source, width, height, bins, view, .. } = Self::open_matrix(total, None)?;
         let rows = MatrixRows::open(direct)?.filter(|r| (r.rows(), r.cols(), r.components()) == (width * height, bins, RGB));
         let (Source::Rows(total), Some(direct)) = (source, rows) else {
             return Err(Error::new("the straight part of a view matrix has not the shape of the whole").file(direct));
@@ -282,14 +277,6 @@ impl Output {
                 Err(Error::new(format!("'{name}' has no place for the hour")).field("-o").help("write for instance -o img_%04d.hdr"))
             }
         }
-    }
-
-    /// Numbered files in a folder, whatever its path looks like: `name` as in [`parse`](Self::parse).
-    ///
-    /// # Errors
-    /// As [`parse`](Self::parse).
-    pub fn numbered(folder: &Path, name: &str, options: exr::Options) -> Result<Self> {
-        Self::parse(&format!("{}/{name}", folder.display().to_string().replace('%', "%%")), options)
     }
 
     /// Whether whole pictures have to be in memory until they are written.

@@ -21,6 +21,8 @@ pub struct SensorSummary {
     pub name: String,
     /// Number of sensors.
     pub count: usize,
+    /// Those that no light reaches, with 0 lx.
+    pub without_light: usize,
     /// Mean over sensors and hours, lux.
     pub mean_illuminance_lx: f64,
     /// Its standard error, lux.
@@ -114,20 +116,22 @@ pub fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) -> Resu
 ///
 /// # Errors
 /// Failures of the file system.
-pub fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors) -> Result<Vec<SensorSummary>> {
+pub fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors, dark: &[bool]) -> Result<Vec<SensorSummary>> {
     let groups = &context.inputs.sensors;
     let records = &context.inputs.weather.records;
-    let mut sensors = Vec::new();
+    let (mut sensors, mut rest) = (Vec::new(), dark);
     let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
     for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
         context.progress.update("writing", i as f64 / groups.len() as f64);
-        write_illuminance(context.store, group, records, &part, Content::Illuminance)?;
-        write_illuminance(context.store, group, records, &error, Content::StandardError)?;
+        let dark = rest.split_off(..group.sensors.len()).unwrap_or_default();
+        write_illuminance(context.store, group, dark, records, &part, Content::Illuminance)?;
+        write_illuminance(context.store, group, dark, records, &error, Content::StandardError)?;
         let year = &errors.groups[i];
-        annual::write(context.store, group, year)?;
+        annual::write(context.store, (group, dark), year)?;
         sensors.push(SensorSummary {
             name: group.name.clone(),
             count: group.sensors.len(),
+            without_light: dark.iter().filter(|d| **d).count(),
             mean_illuminance_lx: year.mean.value,
             mean_illuminance_standard_error_lx: year.mean.standard_error,
             spatial_autonomy: year.spatial_autonomy.value,

@@ -33,7 +33,8 @@ pub struct EstimatedError {
     /// Sensors.
     pub sensors: usize,
     /// Daylight hours.
-    pub hours: usize,
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours: f64,
     /// Multiply a standard error by this for the interval that holds the converged value in 95 % of
     /// cases.
     pub confidence_95: f64,

@@ -4,7 +4,7 @@
 use super::pictures::{Addition, Output, PictureView, Request, write_pictures};
 use super::suns::TracedSuns;
 use crate::error::{Error, Result, Warnings};
-use crate::image::exr;
+use crate::image::series::Pattern;
 use crate::kernels::product::Multiplier;
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
@@ -12,7 +12,7 @@ use crate::matrix::file::read_matrix;
 use crate::scene::Window;
 use crate::simulate::context::{Context, Ledger};
 use crate::simulate::light::{Light, Skies};
-use crate::simulate::multiply::{check_hours, lit_columns};
+use crate::simulate::multiply::lit_columns;
 use crate::simulate::phases::picture_sets;
 use crate::simulate::phases::pixels::ViewJob;
 use crate::simulate::phases::sampled::Sampled;
@@ -25,7 +25,9 @@ use crate::simulate::sampling::estimate::Estimate;
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::software;
 use crate::simulate::store::sun_pictures::SunPictures;
+use crate::weather::Steps;
 use serde::Serialize;
+use std::collections::HashMap;
 use std::time::Instant;
 
 /// Samples for a target, as a multiple of the standard ones, at most.
@@ -86,6 +88,7 @@ pub fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, war
         return Ok(summaries);
     }
     let sky = &made.skies.whole;
+    let steps = context.inputs.weather.steps();
     // What sampling for a target depends on.
     let asked = project.quality.target_error.map(|target| {
         let mut asked = Fingerprint::new("sampled for a target");
@@ -101,7 +104,7 @@ pub fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, war
     for view in &project.views {
         let eye_error = view_matrix(context, ledger, made, view, &windows, asked.as_deref())?;
         warn_of_view(context, view, eye_error, warnings);
-        let hours = chosen(&project.images.hours, sky)?;
+        let hours = project.images.hours.chosen(&steps, &lit_columns(sky))?;
         let components = project.images.components;
         let mut suns = None;
         if let Some(traced) = made.suns
@@ -120,46 +123,47 @@ pub fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, war
             picture_sets::export(context.store, &view.name, made.suns.map(|s| &s.set).zip(suns.as_ref()))?;
         }
         let job = view_job(context, view, &windows, 1);
-        let pictures = write(&job, made, &hours, suns.as_ref(), warnings)?;
+        let pictures = write(&job, made, &hours, &steps, suns.as_ref(), warnings)?;
         let pixels = view.raster()?.len();
         summaries.push(ViewSummary { name: view.name.clone(), pixels, pictures, eye_error: eye_error.map(|e| e.all) });
     }
     Ok(summaries)
 }
 
-fn chosen(hours: &ImageHours, sky: &Matrix<f32>) -> Result<Vec<usize>> {
-    match hours {
-        ImageHours::None => Ok(Vec::new()),
-        ImageHours::Daylight => Ok(lit_columns(sky)),
-        ImageHours::Chosen(hours) => {
-            check_hours(hours, "the weather file", sky.cols()).map_err(|e| e.field("images.hours"))?;
-            Ok(hours.clone())
-        }
-    }
-}
-
 fn view_job<'a>(context: &Context<'a>, view: &'a ViewSection, windows: &'a [Window], refinement: u32) -> ViewJob<'a> {
     ViewJob { context: *context, windows, view, options: image_options(context.project), refinement }
 }
 
-/// Writes `images/NAME/img_%04d.hdr`, numbered by hour, from the stored view matrix, and with five phases
-/// the suns' pictures. Returns how many.
-fn write(job: &ViewJob<'_>, made: &Made<'_>, hours: &[usize], suns: Option<&SunPictures>, warnings: &mut Warnings) -> Result<usize> {
+/// Writes `images/NAME/img_%04d.hdr`, numbered by hour of the year ([`Steps::number`]), from the stored view
+/// matrix, and with five phases the suns' pictures. `hours` are numbers of time steps. Returns how many.
+fn write(
+    job: &ViewJob<'_>,
+    made: &Made<'_>,
+    hours: &[usize],
+    steps: &Steps,
+    suns: Option<&SunPictures>,
+    warnings: &mut Warnings,
+) -> Result<usize> {
     if hours.is_empty() {
         return Ok(0);
     }
     let store = job.context.store;
     let folder = store.image_folder(&job.view.name)?;
     let matrix = store.matrix_path(&format!("V_{}", job.view.name));
-    let mut view =
-        if made.light.is_split() { PictureView::open_split(&matrix, &job.direct_path())? } else { PictureView::open_matrix(&matrix)? };
+    let mut view = if made.light.is_split() {
+        PictureView::open_split(&matrix, &job.direct_path())?
+    } else {
+        PictureView::open_matrix(&matrix, None)?
+    };
     let coefficients = made.light.of_hours(hours);
-    let sun_picture = |hour: usize| suns.map_or_else(|| Ok(Vec::new()), |suns| suns.sun_picture(hour));
+    let numbers: Vec<usize> = hours.iter().map(|&step| steps.number(step)).collect();
+    let step_of: HashMap<usize, usize> = numbers.iter().copied().zip(hours.iter().copied()).collect();
+    let sun_picture = |number: usize| suns.map_or_else(|| Ok(Vec::new()), |suns| suns.sun_picture(step_of[&number]));
     let addition: Option<&Addition<'_>> = if suns.is_some() { Some(&sun_picture) } else { None };
-    let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
-    let output = Output::numbered(&folder, "img_%04d.hdr", options)?;
+    let output = Output::Hdr(Pattern::inside(&folder, "img_%04d.hdr")?);
     let header = [software()];
-    let request = Request { coefficients: &coefficients, hours, output: &output, header: &header, memory: PICTURE_MEMORY, addition };
+    let request =
+        Request { coefficients: &coefficients, hours: &numbers, output: &output, header: &header, memory: PICTURE_MEMORY, addition };
     write_pictures(made.multiplier, &mut view, &request, job.context.progress, warnings)?;
     Ok(hours.len())
 }

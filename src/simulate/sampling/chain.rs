@@ -2,9 +2,10 @@
 //! adds to its error.
 
 use super::Judgement;
-use super::estimate::{Estimate, student_95, variance_of_mean};
+use super::estimate::Estimate;
 use crate::matrix::Matrix;
 use crate::simulate::inputs::Inputs;
+use crate::statistics::{student_95, variance_of_mean};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use rayon::prelude::*;
 
@@ -26,7 +27,7 @@ pub struct Chain<'m> {
 /// The sum over all hours at one sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnnualSum {
-    /// lx·h, without the sun matrix.
+    /// lx, summed over all time steps, without the sun matrix.
     pub value: f64,
     /// Its variance.
     pub variance: f64,

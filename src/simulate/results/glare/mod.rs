@@ -40,12 +40,13 @@ use crate::simulate::multiply::{lit_columns, select_columns};
 use crate::simulate::phases::pixels::ViewJob;
 use crate::simulate::phases::sun::sun_matrix;
 use crate::simulate::phases::sun_pixels::sun_pictures;
-use crate::simulate::plan::presets::{image_options, rounds, view_options};
+use crate::simulate::plan::presets::{daylight_options, image_options, rounds, view_options};
 use crate::simulate::project::given::GivenPictures;
 use crate::simulate::project::glare::{GlareMethod, GlareSection};
 use crate::simulate::project::views::ViewSection;
 use crate::simulate::sampling::rounds::{Part, average};
 use crate::simulate::store::sun_pictures::SunPictures;
+use crate::statistics::student_95;
 use crate::units::ILLUMINANCE_WEIGHTS;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -62,7 +63,8 @@ pub struct GlareSummary {
     /// States of the façade.
     pub states: usize,
     /// Hours with light, each computed per view and state.
-    pub hours: usize,
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours: f64,
     /// What found the glare pixels; absent without pictures.
     pub detector: Option<String>,
     /// Seconds for all hours of all views and states, without V and D.
@@ -166,15 +168,33 @@ impl GlareJob<'_> {
             }
         }
         let seconds = clock.elapsed().as_secs_f64();
-        tables::write(self.context.store, section, &self.context.inputs.weather.records, &years, self.context.progress, warnings)?;
+        let weather = &self.context.inputs.weather;
+        let steps = weather.steps();
+        let lit_hours = steps.hours(lit.hours.len());
+        let confidence_95 = student_95(self.freedom(section.method));
+        let calendar = tables::Calendar { records: &weather.records, steps, confidence_95 };
+        tables::write(self.context.store, section, &calendar, &years, self.context.progress, warnings)?;
         Ok(GlareSummary {
             method: section.method.name().to_string(),
             views: self.context.project.views.len(),
             states: states.len(),
-            hours: lit.hours.len(),
+            hours: lit_hours,
             detector: detector.map(|d| d.description()),
             seconds,
         })
+    }
+
+    /// Degrees of freedom of the errors: those of the matrix with the fewest independent estimates.
+    fn freedom(&self, method: GlareMethod) -> usize {
+        let project = self.context.project;
+        let eyes = rounds(project) as usize * (view_options(project, 0).batches as usize - 1);
+        let daylight = daylight_options(project, 0, 0).batches as usize - 1;
+        let pictures = image_options(project).batches as usize - 1;
+        match method {
+            GlareMethod::Image => pictures.min(daylight),
+            GlareMethod::Edgps => pictures.min(daylight).min(eyes),
+            GlareMethod::Dgps | GlareMethod::Imageless => eyes.min(daylight),
+        }
     }
 
     /// What every state of the façade lets in.
@@ -267,7 +287,7 @@ impl GlareJob<'_> {
         let suns = suns.map(|suns| sun_pictures(&self.context, &suns.set, view, &lit.hours, statistics)).transpose()?;
         let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
         let mut source = match &suns {
-            None => PictureView::open_matrix(&path(""))?,
+            None => PictureView::open_matrix(&path(""), None)?,
             Some(_) => PictureView::open_split(&path(""), &path("_direct"))?,
         };
         let options = StackOptions { veil: section.veil, dark_pixels: suns.is_some(), ..StackOptions::default() };

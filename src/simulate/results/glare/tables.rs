@@ -10,14 +10,11 @@ use crate::matrix::file::{Format, write_matrix};
 use crate::progress::{Progress, cancelled};
 use crate::simulate::project::glare::GlareSection;
 use crate::simulate::store::{Store, software};
-use crate::weather::Record;
+use crate::weather::{Days, Record, Steps};
 use std::path::{Path, PathBuf};
 
-/// Standard errors to either side within which the true DGP lies with 95 % confidence.
-const CONFIDENCE: f64 = 1.96;
 /// Pixels per unit of a carpet.
 const CARPET_SCALE: f64 = 2.0;
-const STEPS_PER_DAY: usize = 24;
 
 /// Glare of one hour, as the tables have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,42 +30,51 @@ pub struct Hour {
 }
 
 impl Hour {
-    /// The other class that the noise leaves possible, if there is one.
-    fn other_class(&self) -> Option<GlareClass> {
+    /// The other class that the noise leaves possible, if there is one: within `confidence_95` standard
+    /// errors to either side.
+    fn other_class(&self, confidence_95: f64) -> Option<GlareClass> {
         let class = GlareClass::of(self.dgp);
-        [-1.0, 1.0].into_iter().map(|side| GlareClass::of(self.dgp + side * CONFIDENCE * self.standard_error)).find(|&c| c != class)
+        [-1.0, 1.0].into_iter().map(|side| GlareClass::of(self.dgp + side * confidence_95 * self.standard_error)).find(|&c| c != class)
     }
 }
 
-/// All hours of a view in one state of the façade.
+/// All time steps of a view in one state of the façade.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewYear {
     /// Name of the view.
     pub view: String,
     /// Name of the state; empty if there is only one.
     pub state: String,
-    /// One per hour of the weather file.
+    /// One per step of the weather file.
     pub hours: Vec<Hour>,
     /// Whether there is light in it.
     pub is_lit: Vec<bool>,
+}
+
+/// The steps of the year that results belong to.
+pub struct Calendar<'a> {
+    /// Times of day.
+    pub records: &'a [Record],
+    /// Their lengths and places in the year.
+    pub steps: Steps,
+    /// The factor of Student's distribution for 95 % confidence.
+    pub confidence_95: f64,
 }
 
 /// Writes everything into `glare/`; results of states into a folder for each.
 pub fn write(
     store: &Store,
     section: &GlareSection,
-    records: &[Record],
+    calendar: &Calendar<'_>,
     years: &[ViewYear],
     progress: &dyn Progress,
     warnings: &mut Warnings,
 ) -> Result<()> {
+    let (records, steps) = (calendar.records, &calendar.steps);
     let occupied: Vec<bool> = records.iter().map(|r| (section.occupied[0]..section.occupied[1]).contains(&r.hour)).collect();
-    let whole_days = records.len().is_multiple_of(STEPS_PER_DAY) && records.len() / STEPS_PER_DAY <= 366 && !records.is_empty();
-    if !whole_days {
-        warnings.push(Error::new(format!(
-            "{} time steps are not whole days of {STEPS_PER_DAY} hours up to a year: no carpet plots are drawn",
-            records.len()
-        )));
+    let days = steps.days();
+    if days.is_none() {
+        warnings.push(Error::new("the weather file has a time twice, or steps that do not divide a day: no carpet plots are drawn"));
     }
     let mut folders: Vec<(&str, PathBuf)> = Vec::new();
     for (i, year) in years.iter().enumerate() {
@@ -77,9 +83,9 @@ pub fn write(
             return Err(cancelled());
         }
         let folder = store.glare_folder(&year.state)?;
-        write_hours(&folder.join(format!("{}.csv", year.view)), year)?;
-        if whole_days {
-            draw(&folder, year, section)?;
+        write_hours(&folder.join(format!("{}.csv", year.view)), year, steps)?;
+        if let Some(days) = &days {
+            draw(&folder, year, section, days)?;
         }
         if !folders.iter().any(|(state, _)| *state == year.state) {
             folders.push((&year.state, folder));
@@ -90,21 +96,21 @@ pub fn write(
         let values = rows.iter().flat_map(|y| y.hours.iter().map(|h| h.dgp as f32)).collect();
         let matrix = Matrix::from_data(rows.len(), records.len(), 1, values)?;
         let names: Vec<&str> = rows.iter().map(|y| y.view.as_str()).collect();
-        let header = [software(), format!("CONTENT=DGP, rows views ({}), columns hours", names.join(", "))];
+        let header = [software(), format!("CONTENT=DGP, rows views ({}), columns time steps", names.join(", "))];
         write_matrix(Some(&folder.join(format!("{}.dgp", section.method.name()))), &matrix, Format::Float, &header)?;
     }
     let folder = store.glare_folder("")?;
-    write_annual(&folder.join("annual.csv"), years, &occupied, warnings)?;
-    write_undecided(&folder.join("undecided.csv"), years, &occupied)
+    write_annual(&folder.join("annual.csv"), years, &occupied, calendar, warnings)?;
+    write_undecided(&folder.join("undecided.csv"), years, &occupied, calendar)
 }
 
-fn write_hours(path: &Path, year: &ViewYear) -> Result<()> {
+fn write_hours(path: &Path, year: &ViewYear, steps: &Steps) -> Result<()> {
     write_atomically(path, |out| {
         let fault = |e: std::io::Error| Error::io(path, &e);
         writeln!(out, "hour,dgp,dgp_standard_error,ev_lux,sources,class").map_err(fault)?;
-        for (number, h) in year.hours.iter().enumerate() {
-            let class = GlareClass::of(h.dgp).name();
-            writeln!(out, "{number},{:.6},{:.6},{:.2},{},{class}", h.dgp, h.standard_error, h.illuminance, h.sources).map_err(fault)?;
+        for (step, h) in year.hours.iter().enumerate() {
+            let (hour, class) = (steps.label(step), GlareClass::of(h.dgp).name());
+            writeln!(out, "{hour},{:.6},{:.6},{:.2},{},{class}", h.dgp, h.standard_error, h.illuminance, h.sources).map_err(fault)?;
         }
         Ok(())
     })
@@ -119,7 +125,7 @@ fn labels(years: &[ViewYear]) -> (&'static str, fn(&ViewYear) -> String) {
     }
 }
 
-fn write_annual(path: &Path, years: &[ViewYear], occupied: &[bool], warnings: &mut Warnings) -> Result<()> {
+fn write_annual(path: &Path, years: &[ViewYear], occupied: &[bool], calendar: &Calendar<'_>, warnings: &mut Warnings) -> Result<()> {
     if !occupied.contains(&true) {
         warnings.push(Error::new("no hour of the weather file is occupied: there is no annual summary of glare").field("glare.occupied"));
     }
@@ -134,8 +140,9 @@ fn write_annual(path: &Path, years: &[ViewYear], occupied: &[bool], warnings: &m
         .map_err(fault)?;
         for year in years.iter().filter(|_| occupied.contains(&true)) {
             let dgp: Vec<f64> = year.hours.iter().map(|h| h.dgp).collect();
-            let a = AnnualGlare::new(&dgp, occupied)?;
-            let undecided = year.hours.iter().zip(occupied).filter(|(h, o)| **o && h.other_class().is_some()).count();
+            let a = AnnualGlare::new(&dgp, occupied, calendar.steps.length)?;
+            let open = |(h, o): &(&Hour, &bool)| **o && h.other_class(calendar.confidence_95).is_some();
+            let undecided = calendar.steps.hours(year.hours.iter().zip(occupied).filter(open).count());
             let [i, p, d, t] = a.hours_in_class;
             writeln!(
                 out,
@@ -155,17 +162,16 @@ fn write_annual(path: &Path, years: &[ViewYear], occupied: &[bool], warnings: &m
 }
 
 /// Occupied hours whose class the noise leaves open.
-fn write_undecided(path: &Path, years: &[ViewYear], occupied: &[bool]) -> Result<()> {
+fn write_undecided(path: &Path, years: &[ViewYear], occupied: &[bool], calendar: &Calendar<'_>) -> Result<()> {
     write_atomically(path, |out| {
         let fault = |e: std::io::Error| Error::io(path, &e);
         let (columns, label) = labels(years);
         writeln!(out, "{columns},hour,dgp,dgp_standard_error,class,or").map_err(fault)?;
         for year in years {
-            for (number, (h, _)) in year.hours.iter().zip(occupied).enumerate().filter(|(_, (_, o))| **o) {
-                if let Some(other) = h.other_class() {
-                    let class = GlareClass::of(h.dgp).name();
-                    writeln!(out, "{},{number},{:.6},{:.6},{class},{}", label(year), h.dgp, h.standard_error, other.name())
-                        .map_err(fault)?;
+            for (step, (h, _)) in year.hours.iter().zip(occupied).enumerate().filter(|(_, (_, o))| **o) {
+                if let Some(other) = h.other_class(calendar.confidence_95) {
+                    let (hour, class) = (calendar.steps.label(step), GlareClass::of(h.dgp).name());
+                    writeln!(out, "{},{hour},{:.6},{:.6},{class},{}", label(year), h.dgp, h.standard_error, other.name()).map_err(fault)?;
                 }
             }
         }
@@ -174,8 +180,10 @@ fn write_undecided(path: &Path, years: &[ViewYear], occupied: &[bool]) -> Result
 }
 
 /// The carpet, as PNG and SVG.
-fn draw(folder: &Path, year: &ViewYear, section: &GlareSection) -> Result<()> {
-    let values: Vec<f64> = year.hours.iter().zip(&year.is_lit).map(|(h, lit)| if *lit { h.dgp } else { f64::NAN }).collect();
+fn draw(folder: &Path, year: &ViewYear, section: &GlareSection, days: &Days) -> Result<()> {
+    let value = |step: &Option<usize>| step.filter(|s| year.is_lit[*s]).map_or(f64::NAN, |s| year.hours[s].dgp);
+    let values: Vec<f64> = days.steps.iter().map(value).collect();
+    let gaps = days.steps.contains(&None);
     let [a, b, c] = CLASS_LIMITS;
     let names = [
         format!("imperceptible, to {a:.2}"),
@@ -189,11 +197,13 @@ fn draw(folder: &Path, year: &ViewYear, section: &GlareSection) -> Result<()> {
     let state = if year.state.is_empty() { String::new() } else { format!(", {}", year.state) };
     let carpet = Carpet {
         values: &values,
-        steps_per_day: STEPS_PER_DAY,
+        steps_per_day: days.per_day,
+        first_day: days.first,
+        leap: days.leap,
         title: format!("Daylight glare probability, {}{state}", year.view),
         label: format!("DGP ({})", section.method.name()),
         coloring,
-        missing: Some("night".into()),
+        missing: Some(if gaps { "night, or not in the weather file" } else { "night" }.into()),
         shares: true,
     };
     let drawing = carpet.draw()?;

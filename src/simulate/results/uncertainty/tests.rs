@@ -11,8 +11,9 @@ use crate::simulate::Inputs;
 use crate::simulate::Project;
 use crate::simulate::light::{Daylight, multiply};
 use crate::simulate::results::annual;
-use crate::simulate::sampling::estimate::{Estimate, variance_of_mean};
+use crate::simulate::sampling::estimate::Estimate;
 use crate::sky::{SkyOptions, sky_matrix};
+use crate::statistics::variance_of_mean;
 use crate::units::ILLUMINANCE_WEIGHTS;
 use std::path::Path;
 
