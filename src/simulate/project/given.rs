@@ -19,11 +19,7 @@ impl ImportSection {
     ///
     /// # Errors
     /// Values that are no files; a straight part alone.
-    pub(in crate::simulate::project) fn read(
-        table: &mut Table<'_, '_>,
-        whole: &'static str,
-        straight: &'static str,
-    ) -> Result<Option<Self>> {
+    pub(super) fn read(table: &mut Table<'_, '_>, whole: &'static str, straight: &'static str) -> Result<Option<Self>> {
         let (total, direct) = (table.path(whole)?, table.path(straight)?);
         match (total, direct) {
             (None, Some(_)) => Err(table
@@ -47,7 +43,7 @@ pub struct GivenPictures {
 
 impl GivenPictures {
     /// The keys of a `[[view]]`.
-    pub(in crate::simulate::project) fn read(table: &mut Table<'_, '_>) -> Result<Self> {
+    pub(super) fn read(table: &mut Table<'_, '_>) -> Result<Self> {
         let given = Self { view: table.pattern("view")?, view_direct: table.pattern("view_direct")?, sun: table.pattern("sun")? };
         if given.view.is_none() && given.view_direct.is_some() {
             return Err(table
@@ -58,7 +54,7 @@ impl GivenPictures {
     }
 
     /// Five phases need the straight parts too, and only they need suns.
-    pub(in crate::simulate::project) fn check(&self, top: &Table<'_, '_>, name: &str, phases: u32) -> Result<()> {
+    pub(super) fn check(&self, top: &Table<'_, '_>, name: &str, phases: u32) -> Result<()> {
         if phases == 5 && self.view.is_some() && self.view_direct.is_none() {
             return Err(top
                 .error("view", format!("'{name}' has pictures 'view' without their straight part, which five phases subtract"))

@@ -1,7 +1,7 @@
 //! What the windows' glazing asks of the method: a panel that spreads all light evenly blurs what finer
 //! skies and traced suns would add.
 
-use super::WindowSection;
+use super::sections::WindowSection;
 use crate::bins::{AngleBasis, KlemsBasis, ReinhartSky};
 use crate::bsdf::peak::PUBLISHED_CONTRAST;
 use crate::bsdf::{self, Block, Bsdf};

@@ -1,7 +1,7 @@
 //! `[method]`: how many phases, which suns, and what is chosen where the project leaves it open.
 
-use super::WindowSection;
 use super::glazing;
+use super::sections::WindowSection;
 use super::table::Table;
 use crate::bins::ReinhartSky;
 use crate::error::Result;

@@ -402,7 +402,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
 }
 
 /// A name that can be part of a file name on every system.
-pub(in crate::simulate::project) fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
+pub(super) fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
     let name = table.required_string("name", help)?;
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
     if name.starts_with('.') || name.len() > 100 || !name.chars().all(allowed) {

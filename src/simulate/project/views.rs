@@ -64,7 +64,7 @@ impl ViewSection {
 }
 
 /// The key `resolution`: most pixels per row, and most rows.
-pub(in crate::simulate::project) fn resolution(table: &mut Table<'_, '_>) -> Result<Option<[usize; 2]>> {
+pub(super) fn resolution(table: &mut Table<'_, '_>) -> Result<Option<[usize; 2]>> {
     let Some(size) = table.integers("resolution", 1..=MOST_PIXELS)? else { return Ok(None) };
     let size = <[u64; 2]>::try_from(size)
         .map_err(|_| table.error("resolution", "a resolution is two numbers").help("write resolution = [400, 400]"))?;
