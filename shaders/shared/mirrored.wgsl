@@ -4,6 +4,7 @@ import package::shared::bvh::{closest_hit, leave_surface, triangle_material, tri
 import package::shared::material::{materials, largest, smooth_specular};
 import package::shared::gates::{may_come_in};
 import package::shared::sun::{is_clear, is_mirror};
+import package::shared::window::{enters_window};
 
 // Mirrors and panes that light of an image may meet.
 const MOST_MET: u32 = 32u;
@@ -28,7 +29,7 @@ fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>, image: mat3x3
         let hit = closest_hit(start, along, FAR_AWAY);
         if hit.triangle == NO_TRIANGLE {
             let rest = abs(x - vec3<f32>(1.0, 0.0, 0.0)) + abs(y - vec3<f32>(0.0, 1.0, 0.0)) + abs(z - vec3<f32>(0.0, 0.0, 1.0));
-            return select(vec3<f32>(0.0), result, entered && reflected && largest(rest) < SAME_IMAGE);
+            return select(vec3<f32>(0.0), result, entered && reflected && largest(rest) < SAME_IMAGE && !enters_window(start, along));
         }
         let material = materials[triangle_material(hit.triangle)];
         let normal = triangle_normal(hit.triangle);

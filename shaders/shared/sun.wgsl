@@ -3,6 +3,7 @@
 import package::shared::frame::{tangent_frame};
 import package::shared::bvh::{bvh_triangles, light_passing, traverse, triangle_material, NO_TRIANGLE, FAR_AWAY, ANY, ANY_BUT_CLEAR};
 import package::shared::receiver::{SunVertex};
+import package::shared::window::{enters_window};
 import package::shared::material::{Material, materials, diffuse_share, is_smooth, largest, MATERIAL_GLASS, MATERIAL_SURFACE, MATERIAL_MIRROR};
 
 struct SunRecord {
@@ -34,9 +35,12 @@ fn sun_direction(sun: SunRecord, random: vec2<f32>) -> vec3<f32> {
     return normalize(tangent_frame(sun.direction) * local);
 }
 
-// What part of a sun's light arrives: 0 where a surface is in the way, otherwise the transmittance
-// of the panes and the straight transmittance of smooth translucent surfaces passed.
+// What part of a sun's light arrives: 0 where a surface is in the way, or a window that absorbs what enters,
+// otherwise the transmittance of the panes and the straight transmittance of smooth translucent surfaces passed.
 fn sun_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    if enters_window(origin, direction) {
+        return vec3<f32>(0.0);
+    }
     return light_passing(origin, direction, FAR_AWAY, select(ANY, ANY_BUT_CLEAR, HAS_PANES));
 }
 

@@ -1,7 +1,7 @@
 // Windows: their directional bins, points on them, and rays towards them.
 
 import package::shared::bins::{Ring, TAU, azimuth_bin};
-import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
+import package::shared::bvh::{light_passing, FAR_AWAY, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 
 struct Window {
     // Local frame in world coordinates: z points into the room, y up.
@@ -212,8 +212,32 @@ fn leaves_through_window(origin: vec3<f32>, direction: vec3<f32>, count: u32) ->
     return false;
 }
 
+// Whether a ray enters a room from outside through the polygon of a window, which absorbs it.
+fn enters_window(origin: vec3<f32>, direction: vec3<f32>) -> bool {
+    for (var w = 0u; w < arrayLength(&windows); w++) {
+        let window = windows[w];
+        if dot(direction, window.z) <= 0.0 {
+            continue;
+        }
+        for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
+            if distance_through(t, window.z, origin, direction) > 0.0 {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 // What part of light passes straight from `origin` along `direction` over `distance`: 0 where a
 // surface is in the way, otherwise the transmittance of the panes passed.
 fn straight_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     return light_passing(origin, direction, distance, select(ANY, ANY_BUT_GLASS, HAS_GLASS));
+}
+
+// What part of light comes straight from the sky, along `direction` to `origin` outside.
+fn sky_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    if enters_window(origin, direction) {
+        return vec3<f32>(0.0);
+    }
+    return straight_transmittance(origin, direction, FAR_AWAY);
 }

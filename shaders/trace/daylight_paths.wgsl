@@ -5,7 +5,7 @@
 // the scene is added to the sky patch of its direction. The mean over a bin's paths is a row of D.
 
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
+import package::shared::bvh::{closest_hit, leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_GLASS};
 import package::shared::sky::{sky_bin};
 import package::shared::window::{windows, window_point, window_bin_direction};
@@ -59,7 +59,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = params.first_path + path;
     let seed = hash_combine(params.seed, bin);
     let window = windows[params.window];
-    var position = window_point(window, sample_pair(index, 0u, seed));
+    // The window itself absorbs what comes back to it.
+    var position = offset_from_surface(window_point(window, sample_pair(index, 0u, seed)), -window.z);
     var direction = -window_bin_direction(window, bin, sample_pair(index, 1u, seed));
     var weight = vec3<f32>(1.0);
     var bounces = 0u;

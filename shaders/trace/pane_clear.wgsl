@@ -1,9 +1,8 @@
 // What every receiver gets straight from every sun's disc through panes that let it pass.
 
-import package::shared::bvh::{FAR_AWAY};
 import package::shared::random::{hash_combine};
 import package::shared::receiver::{Receiver};
-import package::shared::window::{distance_through, straight_transmittance};
+import package::shared::window::{distance_through, sky_transmittance, straight_transmittance};
 import package::shared::counters::{count_finished};
 import package::shared::pane::{PaneParams, Pane, PaneSunRecord, disc_direction, pane_random, off_pane};
 
@@ -29,7 +28,7 @@ fn through_panes(origin: vec3<f32>, direction: vec3<f32>, sun_index: u32) -> vec
                     if max(inside.x, max(inside.y, inside.z)) <= 0.0 {
                         return vec3<f32>(0.0);
                     }
-                    let outside = straight_transmittance(off_pane(origin + direction * distance, -pane.z), direction, FAR_AWAY);
+                    let outside = sky_transmittance(off_pane(origin + direction * distance, -pane.z), direction);
                     return clear * inside * outside;
                 }
             }

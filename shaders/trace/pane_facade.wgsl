@@ -1,8 +1,7 @@
 // Radiance of points of the panes towards an eye, per sun.
 
-import package::shared::bvh::{FAR_AWAY};
 import package::shared::random::{hash_combine};
-import package::shared::window::{straight_transmittance};
+import package::shared::window::{sky_transmittance};
 import package::shared::counters::{count_finished};
 import package::shared::pane::{
     PaneParams, Pane, PaneSunRecord, FacadePoint, NO_SCATTERING, NO_PANE, pane_local, disc_direction, pane_random, off_pane
@@ -48,7 +47,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                 if !(sun.guard > 0.0 && dot(apart, apart) <= sun.guard) {
                     value = bsdf_of_keys(lobe, out_key, incident_key(lobe, incident));
                 }
-                sum += straight_transmittance(off_pane(point.position, -pane.z), towards, FAR_AWAY) * (value * incident.z);
+                sum += sky_transmittance(off_pane(point.position, -pane.z), towards) * (value * incident.z);
             }
         }
     }

@@ -1,7 +1,6 @@
 // Which cells of the panes every sun reaches, and what it brings there.
 
-import package::shared::bvh::{FAR_AWAY};
-import package::shared::window::{straight_transmittance};
+import package::shared::window::{sky_transmittance};
 import package::shared::counters::{count_finished};
 import package::shared::pane::{
     PaneParams, Pane, PaneSunRecord, PaneCell, PaneEnd, NO_SCATTERING, pane_local, disc_direction, pane_random, off_pane
@@ -30,7 +29,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var end = PaneEnd(vec2<f32>(0.0), incident.xy, vec3<f32>(0.0), 0u);
     if incident.z > 0.0 && pane.words != NO_SCATTERING {
         end.key = incident_key(bsdf_lobe(pane.words, TRANSMISSION_FRONT), incident);
-        end.strength = straight_transmittance(off_pane(cell.position, -pane.z), towards, FAR_AWAY) * (incident.z * sun.solid_angle * sun.scale);
+        end.strength = sky_transmittance(off_pane(cell.position, -pane.z), towards) * (incident.z * sun.solid_angle * sun.scale);
     }
     ends[id.y * all + id.x] = end;
     count_finished(true);

@@ -29,6 +29,10 @@ enum Phase {
     /// View matrix V: from the windows' bins to sensors [sensor][bin].
     View(ViewArgs),
     /// Daylight matrix D: from the sky's patches to a window's bins [bin][patch], ground first.
+    ///
+    /// The window absorbs light that surfaces outside send back to it. Where other windows are, which this verb
+    /// cannot know, the scene has holes, as for rfluxmtx; name them by --other-window, and they absorb, as all
+    /// windows of a project do in `lucarne run`.
     Daylight(DaylightArgs),
     /// Sun matrix Cds: from suns through openings, panes and slats to sensors [sensor][sun].
     Sun(Box<SunArgs>),
@@ -132,6 +136,10 @@ struct DaylightArgs {
     /// Paths per bin and batch
     #[arg(short = 'c', value_name = "N", default_value_t = DaylightOptions::default().paths)]
     paths: u32,
+
+    /// Windows of the same scene that absorb the light that meets them; may be repeated
+    #[arg(long, value_name = "WINDOW.rad")]
+    other_window: Vec<PathBuf>,
 }
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
@@ -145,7 +153,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
 
 fn view(args: &ViewArgs, warnings: &mut Warnings) -> Result<()> {
     let common = &args.common;
-    let (scene, windows) = common.read(warnings)?;
+    let (scene, windows) = common.read(&[], warnings)?;
     if let Some(file) = &args.picture.view {
         return picture(args, file, &scene, &windows);
     }
@@ -195,7 +203,7 @@ fn picture(args: &ViewArgs, file: &Path, scene: &Scene, windows: &[Window]) -> R
 
 fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
     let common = &args.common;
-    let (scene, windows) = common.read(warnings)?;
+    let (scene, windows) = common.read(&args.other_window, warnings)?;
     let [window] = windows.as_slice() else {
         return Err(Error::new(format!("a daylight matrix belongs to one window, but there are {}", windows.len()))
             .help("run once per window, each with its own --window file"));
@@ -215,13 +223,16 @@ fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
 }
 
 impl Common {
-    fn read(&self, warnings: &mut Warnings) -> Result<(Scene, Vec<Window>)> {
+    /// The scene, and the windows that the matrix is for; `others` only absorb.
+    fn read(&self, others: &[PathBuf], warnings: &mut Warnings) -> Result<(Scene, Vec<Window>)> {
         let here = Path::new(".");
-        let scene = read_scene(&self.scene, here, warnings)?;
-        let mut windows = Vec::new();
-        for file in &self.window {
-            windows.extend(read_windows(file, here, warnings)?);
-        }
+        let mut scene = read_scene(&self.scene, here, warnings)?;
+        let mut read = |files: &[PathBuf]| -> Result<Vec<Window>> {
+            let windows = files.iter().map(|file| read_windows(file, here, warnings)).collect::<Result<Vec<_>>>()?;
+            Ok(windows.into_iter().flatten().collect())
+        };
+        let (windows, others) = (read(&self.window)?, read(others)?);
+        scene.set_windows(&[windows.as_slice(), &others].concat(), warnings)?;
         Ok((scene, windows))
     }
 

@@ -40,7 +40,8 @@ pub struct SunArgs {
     #[arg(long, requires = "weather", conflicts_with = "subdivision")]
     hourly: bool,
 
-    /// Window surface; only light through its polygons counts (otherwise wherever the scene is open)
+    /// Window surface; only light through its polygons counts (otherwise wherever the scene is open). Windows
+    /// absorb light that meets them from outside
     #[arg(long, value_name = "WINDOW.rad")]
     window: Vec<PathBuf>,
 
@@ -99,12 +100,13 @@ struct Suns {
 /// Runs the verb.
 pub fn run(args: &SunArgs, warnings: &mut Warnings) -> Result<()> {
     let here = Path::new(".");
-    let scene = read_scene(&args.scene, here, warnings)?;
+    let mut scene = read_scene(&args.scene, here, warnings)?;
     let sensors = read_sensors(&args.points, None, warnings)?;
     let mut windows = Vec::new();
     for file in &args.window {
         windows.extend(read_windows(file, here, warnings)?);
     }
+    scene.set_windows(&windows, warnings)?;
     let chosen = match (&args.suns, &args.weather) {
         (Some(file), _) => from_file(file, warnings)?,
         (None, Some(weather)) => from_weather(args, weather, &windows, warnings)?,

@@ -10,7 +10,7 @@ pub mod points;
 pub mod polygon;
 pub mod rad;
 pub mod shapes;
-mod windows;
+pub mod windows;
 
 pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
 
@@ -141,6 +141,9 @@ pub struct Scene {
     pub surfaces: Vec<SurfaceOrigin>,
     /// Distant sources.
     pub sources: Vec<DistantSource>,
+    /// All windows of the building, of which each absorbs what light of others meets it (see [`windows`]). Set
+    /// by [`Scene::set_windows`]; empty if only those count that a computation is given.
+    pub windows: Vec<Window>,
     /// Shaders are made for every feature a scene could have, not for those it has: a check that what
     /// is left out changes nothing.
     pub unpruned: bool,
@@ -166,5 +169,10 @@ impl Window {
     /// Area in m².
     pub fn area(&self) -> f64 {
         self.triangles.iter().map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
+    }
+
+    /// Whether it is the same opening, whatever its name and basis.
+    pub fn is_in_place_of(&self, other: &Self) -> bool {
+        self.triangles == other.triangles
     }
 }

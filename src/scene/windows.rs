@@ -1,20 +1,49 @@
-//! Surfaces that together are one window.
+//! Windows: openings between inside and outside, and what light does at them.
+//!
+//! The same holds for the view matrix, the daylight matrix, the sun matrix and pictures:
+//!
+//! * **A window gives light to its room only through its own BSDF.** V ends at it, D begins at it.
+//! * **All windows absorb** whatever else meets them, as if they were black and opaque: light from outside
+//!   that meets another window (of another room, another wing, the other side of the same room) stays there,
+//!   and so does light that the room, slats or an overhang send back to a window. Nothing passes through a
+//!   building by its windows, and nothing is mirrored by a pane.
+//! * **What lies in the plane of a window does not stand before it**: light passes the part of a wall, a
+//!   pane or a frame that covers the window in its own plane (within a ten thousandth of the window's size,
+//!   the root of its area). That part is cut out of the scene, and a warning names the surface. What lies
+//!   farther before or behind the plane is met by light, be it a millimetre.
+//! * **Windows do not cover each other.** Where surfaces of one window lie in the same place, the place counts
+//!   once; where they lie behind each other by less than a tenth of the window's size, as the two faces of
+//!   a pane, the one nearer to the room counts. A warning names both. Two windows that do so are refused.
+//!
+//! [`Scene::set_windows`](super::Scene::set_windows) sees to it. A scene that was not told of its windows has
+//! holes where they are, but for those that a computation is asked for.
+
+mod covering;
+mod openings;
 
 use super::{SurfaceOrigin, Window};
 use crate::bins::{AngleBasis, Frame, KlemsBasis};
 use crate::error::{Error, Result, Warnings};
+use covering::Base;
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// Surfaces of one window that differ by more than this from their mean normal call for a warning.
 const WARN_ANGLE_DEG: f64 = 1.0;
+/// What is nearer to the plane of a window than this share of the window's size is in it.
+const IN_PLANE: f64 = 1e-4;
+/// Windows nearer behind each other than this share of their size are faces of one pane.
+const ONE_PANE: f64 = 0.1;
+/// Surfaces that differ by less are parallel.
+const PARALLEL_DEG: f64 = 5.0;
+/// Overlaps of a smaller share are of no consequence.
+const LITTLE: f64 = 1e-3;
 
 /// Collects the surfaces of a window and comes to its frame and basis.
 pub(super) struct WindowBuilder {
     name: String,
     origin: SurfaceOrigin,
-    triangles: Vec<[DVec3; 3]>,
-    /// Place and area vector of each surface.
-    surfaces: Vec<(SurfaceOrigin, DVec3)>,
+    surfaces: Vec<(SurfaceOrigin, Vec<[DVec3; 3]>)>,
     parameters: Parameters,
 }
 
@@ -28,7 +57,7 @@ struct Parameters {
 impl WindowBuilder {
     /// A window without surfaces; `origin` is where it begins.
     pub fn new(name: String, origin: SurfaceOrigin) -> Self {
-        Self { name, origin, triangles: Vec::new(), surfaces: Vec::new(), parameters: Parameters::default() }
+        Self { name, origin, surfaces: Vec::new(), parameters: Parameters::default() }
     }
 
     /// Its name.
@@ -38,9 +67,7 @@ impl WindowBuilder {
 
     /// Adds a surface whose front faces the room.
     pub fn add(&mut self, origin: SurfaceOrigin, triangles: Vec<[DVec3; 3]>) {
-        let area = triangles.iter().map(|[a, b, c]| (b - a).cross(c - a) / 2.0).sum();
-        self.surfaces.push((origin, area));
-        self.triangles.extend(triangles);
+        self.surfaces.push((origin, triangles));
     }
 
     /// Takes in rfluxmtx's parameters, as `h=kf u=+Y`; later ones win.
@@ -56,15 +83,17 @@ impl WindowBuilder {
     /// # Errors
     /// If it has no area, its surfaces face opposite ways, or its up vector is unusable.
     pub fn finish(self, warnings: &mut Warnings) -> Result<Window> {
+        let triangles = self.without_overlaps(warnings);
         let at = |e: Error, o: &SurfaceOrigin| e.file(&o.file).line(o.line).field(format!("window '{}'", self.name));
-        let total: DVec3 = self.surfaces.iter().map(|(_, area)| *area).sum();
-        let areas: f64 = self.surfaces.iter().map(|(_, area)| area.length()).sum();
+        let vectors: Vec<DVec3> = self.surfaces.iter().map(|(_, triangles)| triangles.iter().map(area_vector).sum()).collect();
+        let total: DVec3 = vectors.iter().sum();
+        let areas: f64 = vectors.iter().map(|area| area.length()).sum();
         if areas == 0.0 {
             return Err(at(Error::new("the window has no area").help("give a polygon with an area"), &self.origin));
         }
         // Opposite faces would cancel to a normal that means nothing.
         let normal = total.try_normalize().filter(|_| total.length() > 1e-6 * areas);
-        for (origin, area) in &self.surfaces {
+        for ((origin, _), area) in self.surfaces.iter().zip(&vectors) {
             let cosine = match (normal, area.try_normalize()) {
                 (Some(n), Some(a)) => n.dot(a),
                 (None, _) => -1.0,
@@ -97,7 +126,77 @@ impl WindowBuilder {
             frame.x = -frame.x;
         }
         let basis = self.parameters.basis.unwrap_or_else(|| KlemsBasis::Full.into());
-        Ok(Window { name: self.name, triangles: self.triangles, frame, basis, origin: self.origin })
+        Ok(Window { name: self.name, triangles, frame, basis, origin: self.origin })
+    }
+
+    /// The triangles, each place once: what lies in the place of earlier ones, or behind others that face the
+    /// same way, is left out.
+    fn without_overlaps(&self, warnings: &mut Warnings) -> Vec<[DVec3; 3]> {
+        let areas: Vec<f64> = self.surfaces.iter().map(|(_, t)| t.iter().map(|t| area_vector(t).length()).sum()).collect();
+        let parallel = PARALLEL_DEG.to_radians().cos();
+        let mut kept: Vec<(usize, [DVec3; 3])> = Vec::new();
+        // By the numbers of the surfaces: area left out of the first because of the second, and how far behind it.
+        let mut left_out: BTreeMap<(usize, usize), (f64, f64)> = BTreeMap::new();
+        let all = self.surfaces.iter().enumerate().flat_map(|(i, (_, triangles))| triangles.iter().map(move |t| (i, *t)));
+        for (number, triangle) in all {
+            let mut parts = vec![triangle];
+            // First what is in the place of others or behind them, then what others have behind this.
+            let mut hide = |cut: &mut Vec<(usize, [DVec3; 3])>, by: &(usize, [DVec3; 3]), nearest: f64| {
+                let Some(base) = Base::new(&by.1) else { return };
+                *cut = std::mem::take(cut)
+                    .into_iter()
+                    .flat_map(|(own, part)| {
+                        let size = areas[own].min(areas[by.0]).sqrt();
+                        let found = base.overlap(&part, ONE_PANE * size).filter(|o| o.cosine > parallel && o.depth[1] <= nearest * size);
+                        let Some(found) = found else { return vec![(own, part)] };
+                        let (area, depth) = left_out.entry((own, by.0)).or_default();
+                        *area += found.area;
+                        *depth = depth.max(-found.depth[0]);
+                        found.rest.into_iter().map(|t| (own, t)).collect()
+                    })
+                    .collect();
+            };
+            for by in &kept {
+                let mut own = parts.into_iter().map(|t| (number, t)).collect();
+                hide(&mut own, by, IN_PLANE);
+                parts = own.into_iter().map(|(_, t)| t).collect();
+            }
+            for part in &parts {
+                hide(&mut kept, &(number, *part), -IN_PLANE);
+            }
+            kept.extend(parts.into_iter().map(|t| (number, t)));
+        }
+        for ((hidden, by), (area, depth)) in left_out {
+            let ((first, _), (second, _)) = (&self.surfaces[hidden], &self.surfaces[by]);
+            if area <= LITTLE * areas[hidden].min(areas[by]) {
+                continue;
+            }
+            let share = percent(area / areas[hidden]);
+            let other = format!("surface '{}' ({}:{})", second.name, second.file.display(), second.line);
+            let size = areas[hidden].min(areas[by]).sqrt();
+            let message = if depth <= IN_PLANE * size {
+                format!("{share} of surface '{}' lies in the same place as {other}; it overlaps and counts once", first.name)
+            } else {
+                format!("{share} of surface '{}' lies {depth:.3} behind {other}, which hides it: only this one counts", first.name)
+            };
+            let help = "draw each opening once, by one polygon; the panes of its glazing belong into the BSDF";
+            let field = format!("window '{}'", self.name);
+            warnings.push(Error::new(message).file(&first.file).line(first.line).field(field).help(help));
+        }
+        kept.into_iter().map(|(_, triangle)| triangle).collect()
+    }
+}
+
+/// Area times unit normal.
+fn area_vector([a, b, c]: &[DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a) / 2.0
+}
+
+/// A share for people.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p >= 9.95 => format!("{p:.0} %"),
+        p => format!("{p:.1} %"),
     }
 }
 
@@ -158,3 +257,6 @@ fn direction(text: &str) -> Result<DVec3> {
         _ => Err(bad()),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -41,8 +41,16 @@ impl Context<'_> {
         let scene = &self.inputs.scene;
         let triangles: Vec<_> = scene.triangles.iter().map(|t| (t.vertices, t.material)).collect();
         let materials: Vec<_> = scene.materials.iter().map(|m| m.kind).collect();
+        // Each of them absorbs the light of all others.
+        let windows: Vec<_> = scene.windows.iter().map(|w| (&w.triangles, w.frame.z)).collect();
         let device = self.device.summary();
-        *Fingerprint::new(kind).add(&triangles).add(&materials).add(&scene.unpruned).add(&device.name).add(&device.driver)
+        *Fingerprint::new(kind)
+            .add(&triangles)
+            .add(&materials)
+            .add(&("windows absorb", windows))
+            .add(&scene.unpruned)
+            .add(&device.name)
+            .add(&device.driver)
     }
 
     /// The same with the windows that emit.

@@ -98,8 +98,9 @@ pub(crate) fn sky_rows(sky: ReinhartSky) -> Vec<SkyRow> {
 }
 
 /// Computes D for one window: rows the window's bins, columns the sky's bins with the ground
-/// first, RGB. Window surfaces are open holes, as in Radiance, whose senders are not part of the
-/// scene.
+/// first, RGB. The window itself and all other windows of the scene absorb what meets them
+/// ([`scene::windows`](crate::scene::windows)); Radiance, whose senders are not part of the scene, has holes
+/// there.
 ///
 /// # Errors
 /// If the window has no area, the device fails or loses paths, or when stopped by `progress`.
@@ -128,7 +129,7 @@ fn compute_in_dispatches(
     if options.batches < 2 || options.paths == 0 {
         return Err(Error::new("at least two batches of at least one path are needed"));
     }
-    let tables = TraceTables::new(scene, std::slice::from_ref(window), WindowSurfaces::Open)?;
+    let tables = TraceTables::new(scene, std::slice::from_ref(window), WindowSurfaces::Absorb)?;
     let trace_scene = tables.upload(device)?;
     let components: usize = if tables.features.grey { 1 } else { 3 };
     let kernel = Kernel::new(device, "trace/daylight_paths", &[], &[("COMPONENTS", components as f64)])?;

@@ -1,11 +1,13 @@
 use super::*;
+use crate::bins::Frame;
 use crate::bins::KlemsBasis;
+use crate::error::Warnings;
 use crate::kernels::trace::comparison::assert_agrees;
 use crate::kernels::trace::reference;
 use crate::kernels::trace::rooms::{Builder, street, window};
 use crate::progress::Silent;
 use crate::scene::MaterialKind;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -208,4 +210,92 @@ fn the_direct_part_is_at_most_the_total_and_knows_no_bounces() {
             assert!(direct <= total, "{direct} of {total}");
         }
     }
+}
+
+#[test]
+fn a_wall_in_the_plane_of_the_window_does_not_stand_before_it() {
+    let Some(device) = Device::for_tests("a wall in the window's plane") else { return };
+    let (street, mut w) = street();
+    w.basis = KlemsBasis::Quarter.into();
+    let options = DaylightOptions { bounces: Some(1), paths: 2048, ..DaylightOptions::default() };
+    let turn = DMat3::from_rotation_x(0.4) * DMat3::from_rotation_z(0.7);
+    // As drawn; tilted, so that no coordinate is exact; far from the origin, and rounded as files are.
+    for (what, turned, origin, digits) in [
+        ("upright", DMat3::IDENTITY, DVec3::ZERO, 1e9),
+        ("tilted", turn, DVec3::ZERO, 1e9),
+        ("survey coordinates, rounded to 10 µm", turn, DVec3::new(583_960.4, 4_507_523.7, 31.6), 1e5),
+    ] {
+        let placed = |p: DVec3| ((origin + turned * p) * digits).round() / digits;
+        let mut open = street.clone();
+        open.triangles.iter_mut().flat_map(|t| &mut t.vertices).for_each(|p| *p = placed(*p));
+        let mut own = w.clone();
+        own.triangles.iter_mut().flatten().for_each(|p| *p = placed(*p));
+        own.frame = Frame::new(turned * w.frame.z, turned * w.frame.y).unwrap();
+        // A wall over all of it, whose front looks either way; a pane, and a frame on a part.
+        for front in [false, true] {
+            let mut b = Builder { scene: open.clone() };
+            let (wall, glass) = (b.grey(0.5), b.material(MaterialKind::Glass { transmissivity: [0.5; 3], refraction_index: 1.52 }));
+            let mut quad = |[x0, x1]: [f64; 2], [z0, z1]: [f64; 2], material| {
+                let mut corners = [[x0, z0], [x1, z0], [x1, z1], [x0, z1]].map(|[x, z]| placed(DVec3::new(x, 0.0, z)).to_array());
+                if front {
+                    corners.reverse();
+                }
+                b.quad(corners, material);
+            };
+            quad([-6.0, 6.0], [0.0, 5.0], wall);
+            quad([0.5, 2.0], [1.0, 2.5], glass);
+            quad([0.4, 0.6], [0.9, 2.6], wall);
+            let mut warnings = Warnings::new();
+            b.scene.set_windows(std::slice::from_ref(&own), &mut warnings).unwrap();
+            assert!(!warnings.is_empty());
+            let d = compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap();
+            for bin in [3, 12, 23, 35] {
+                let row = reference::daylight_row(&open, &own, bin, tregenza(), 1, 50_000, 5 + bin as u64);
+                assert_agrees(&format!("{what}, bin {bin}"), &d, bin, &row, 50_000);
+            }
+        }
+    }
+}
+
+/// A black wing with a window on either side, across a court: the sum of D over the sky with `kind` at them.
+#[test]
+fn other_windows_and_the_own_one_absorb() {
+    let Some(device) = Device::for_tests("other windows of D") else { return };
+    let mut b = Builder::default();
+    let (black, white) = (b.grey(0.0), b.grey(0.9));
+    // The far wing with an opening 6 m × 3 m through it, from y = -4 to y = -6; slats before the own window.
+    for y in [-4.0, -6.0] {
+        for ([x0, x1], [z0, z1]) in
+            [([-8.0, 8.0], [-2.0, 0.0]), ([-8.0, 8.0], [3.0, 6.0]), ([-8.0, -3.0], [0.0, 3.0]), ([3.0, 8.0], [0.0, 3.0])]
+        {
+            b.quad([[x0, y, z0], [x1, y, z0], [x1, y, z1], [x0, y, z1]], black);
+        }
+    }
+    for k in 0..4 {
+        let z = 0.55 + 0.25 * f64::from(k);
+        b.quad([[-0.5, -0.25, z], [0.5, -0.25, z], [0.5, -0.05, z + 0.2], [-0.5, -0.05, z + 0.2]], white);
+    }
+    let own = window([[-0.5, 0.0, 0.5], [0.5, 0.0, 0.5], [0.5, 0.0, 1.5], [-0.5, 0.0, 1.5]], DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
+    let far = |y: f64, normal| window([[-3.0, y, 0.0], [3.0, y, 0.0], [3.0, y, 3.0], [-3.0, y, 3.0]], normal, DVec3::Z, KlemsBasis::Full);
+    let holes = b.scene.clone();
+    b.scene.windows = vec![far(-4.0, DVec3::NEG_Y), own.clone(), far(-6.0, DVec3::Y)];
+    let options = DaylightOptions { bounces: Some(3), paths: 4096, ..DaylightOptions::default() };
+    let d = compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap();
+    for bin in [0, 4, 11, 20, 27, 33, 40] {
+        let row = reference::daylight_row(&b.scene, &own, bin, tregenza(), 3, 100_000, 9 + bin as u64);
+        assert_agrees(&format!("bin {bin}"), &d, bin, &row, 100_000);
+    }
+    // The same with black plates in place of the windows, the own one a little behind its plane.
+    let mut plates = Builder { scene: holes.clone() };
+    for y in [-4.0, -6.0] {
+        plates.quad([[-3.0, y, 0.0], [3.0, y, 0.0], [3.0, y, 3.0], [-3.0, y, 3.0]], black);
+    }
+    plates.quad([[-0.5, 1e-3, 0.5], [0.5, 1e-3, 0.5], [0.5, 1e-3, 1.5], [-0.5, 1e-3, 1.5]], black);
+    let sum = |scene: &Scene| {
+        let d = compute(&device, scene, &own, tregenza(), &options, &Silent).unwrap();
+        d.total.data().iter().map(|v| f64::from(*v)).sum::<f64>()
+    };
+    let (found, plate, open) = (d.total.data().iter().map(|v| f64::from(*v)).sum::<f64>(), sum(&plates.scene), sum(&holes));
+    println!("sum of D {found:.2}, with black plates {plate:.2}, with the far windows as holes {open:.2}");
+    assert!((found / plate - 1.0).abs() < 0.01 && open > 1.1 * found, "{found} {plate} {open}");
 }

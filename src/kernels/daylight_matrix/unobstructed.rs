@@ -21,7 +21,7 @@ pub const TOLERANCE: f64 = 2e-4;
 /// What lies before the plane of a window by less than this, relative to its size, is in the plane.
 const IN_PLANE: f64 = 1e-6;
 
-/// Whether nothing that light could meet lies outside the plane of the window.
+/// Whether nothing that light could meet, other windows included, lies outside the plane of the window.
 pub fn nothing_before(scene: &Scene, window: &Window) -> bool {
     let outside = -window.frame.z;
     let corners = || window.triangles.iter().flatten();
@@ -30,6 +30,7 @@ pub fn nothing_before(scene: &Scene, window: &Window) -> bool {
     let before = |p: &DVec3| p.dot(outside) > limit;
     // A bent window could stand before itself.
     !corners().any(before)
+        && !scene.windows.iter().flat_map(|w| &w.triangles).flatten().any(before)
         && !scene
             .triangles
             .iter()
@@ -183,5 +184,10 @@ mod tests {
         let mut air = with(10.0);
         air.materials[0].kind = MaterialKind::Void;
         assert!(nothing_before(&air, &w));
+        // Windows absorb: the own one does not stand before itself, another one may.
+        let beside =
+            |z: f64| window([[3.0, 0.0, z], [4.0, 0.0, z], [4.0, 1.0, z], [3.0, 1.0, z]], DVec3::NEG_Z, DVec3::Y, KlemsBasis::Full);
+        let windows = |z: f64| Scene { windows: vec![w.clone(), beside(z)], ..b.scene.clone() };
+        assert!(nothing_before(&windows(0.0), &w) && !nothing_before(&windows(10.0), &w));
     }
 }

@@ -33,6 +33,14 @@ pub fn transmittance(scene: &Scene, origin: DVec3, direction: DVec3) -> [f64; 3]
     passed
 }
 
+/// Whether a window absorbs light on its way: one of `windows` that it enters from outside, or any other one
+/// of the scene.
+fn is_absorbed(scene: &Scene, windows: &[Window], origin: DVec3, direction: DVec3) -> bool {
+    let meets = |w: &Window| w.triangles.iter().any(|t| intersect(t, origin, direction).is_some());
+    let mut others = scene.windows.iter().filter(|w| !windows.iter().any(|own| own.is_in_place_of(w)));
+    windows.iter().any(|w| direction.dot(w.frame.z) > 0.0 && meets(w)) || others.any(meets)
+}
+
 fn leaves(windows: &[Window], origin: DVec3, direction: DVec3) -> bool {
     windows.is_empty()
         || windows.iter().any(|w| direction.dot(w.frame.z) < 0.0 && w.triangles.iter().any(|t| intersect(t, origin, direction).is_some()))
@@ -57,7 +65,7 @@ pub fn direct(scene: &Scene, windows: &[Window], position: DVec3, normal: DVec3,
     let mut sum = [0.0; 3];
     for direction in disc(sun, points) {
         let cosine = direction.dot(normal);
-        if cosine > 0.0 && leaves(windows, position, direction) {
+        if cosine > 0.0 && leaves(windows, position, direction) && !is_absorbed(scene, windows, position, direction) {
             let passed = transmittance(scene, position, direction);
             for (s, p) in sum.iter_mut().zip(passed) {
                 *s += p * cosine * sun.solid_angle() / points as f64;
@@ -138,7 +146,7 @@ pub fn scattered(
             weight *= color[0];
             let towards = disc(sun, 64)[(random.next() * 64.0) as usize];
             let cosine = towards.dot(facing);
-            if cosine > 0.0 {
+            if cosine > 0.0 && !is_absorbed(scene, windows, origin, towards) {
                 value += weight / PI * cosine * sun.solid_angle() * transmittance(scene, origin, towards)[0];
             }
         }

@@ -87,6 +87,51 @@ fn straight_light_agrees_with_the_reference() {
     }
 }
 
+/// Two wings across a court: light of a low sun would come through the far one by its two windows.
+#[test]
+fn the_windows_of_other_rooms_stop_the_sun() {
+    let Some(device) = Device::for_tests("suns behind other windows") else { return };
+    let (mut scene, w) = blinds(0.6);
+    scene.triangles.retain(|t| !matches!(scene.materials[t.material.0 as usize].kind, MaterialKind::Glass { .. }));
+    let far = |x: [f64; 2], y: f64, normal: DVec3| {
+        let [a, b] = x;
+        let corners = [[a, y, 0.0], [b, y, 0.0], [b, y, 6.0], [a, y, 6.0]];
+        window(corners, normal, DVec3::Z, KlemsBasis::Full)
+    };
+    // The far wing's northern window, which low suns meet from outside or from its room, and one whose sun
+    // is traced as well: it lets light out of its room, never in.
+    let (closed, traced) = (far([-1.0, 1.8], -6.0, DVec3::NEG_Y), far([1.9, 3.0], -6.0, DVec3::NEG_Y));
+    scene.windows = vec![w.clone(), closed, traced.clone()];
+    let windows = [w, traced];
+    let options = SunOptions { disc_samples: 256, paths: 1024, bounces: Some(2), ..SunOptions::default() };
+    let run = |scene: &Scene| compute(&device, scene, Openings::Windows(&windows), &sensors(), &suns(), &options, &Silent).unwrap();
+    let mut open = scene.clone();
+    open.windows.clear();
+    let sum = |m: &SunMatrix| m.direct.data().iter().map(|v| f64::from(*v)).sum::<f64>();
+    let (m, holes) = (run(&scene), run(&open));
+    println!("direct light {:.3e}; with the windows that are not traced as holes {:.3e}", sum(&m), sum(&holes));
+    let worst = |m: &SunMatrix, scene: &Scene| {
+        let mut worst = 0.0f64;
+        for (r, s) in sensors().iter().enumerate() {
+            for (i, sun) in suns().iter().enumerate() {
+                let straight = reference::direct(scene, &windows, s.position, s.direction, sun, 4000)[0];
+                let allowed = 4.0 * f64::from(m.direct_error.at(r, i)[0]) + 0.002 * straight + 0.03 * sun.solid_angle() / 64.0;
+                worst = worst.max((f64::from(m.direct.at(r, i)[0]) - straight).abs() / allowed);
+                let wanted = reference::scattered(scene, &windows[..1], s.position, s.direction, sun, 2, 20_000, 7);
+                let found = f64::from(m.total.at(r, i)[0]) - f64::from(m.direct.at(r, i)[0]);
+                let error = wanted.standard_error(20_000).hypot(f64::from(m.scattered_error.at(r, i)[0]).max(0.01 * found));
+                worst = worst.max((found - wanted.mean(20_000)).abs() / (6.0 * error).max(1e-12));
+            }
+        }
+        worst
+    };
+    let found = worst(&m, &scene);
+    assert!(found < 1.0, "{found}");
+    assert!(sum(&m) > 0.0 && sum(&m) < 0.8 * sum(&holes), "{} of {}", sum(&m), sum(&holes));
+    let fault = mutation::with("shared/window", "if dot(direction, window.z) <= 0.0 {", "if true {", || run(&scene));
+    assert!(worst(&fault, &scene) > 1.0, "light enters through a window that is traced");
+}
+
 #[test]
 fn light_beside_the_window_does_not_count() {
     let Some(device) = Device::for_tests("sun matrix of a free window") else { return };
@@ -181,10 +226,13 @@ fn a_slat_of_known_light_is_seen_with_its_form_factor() {
         &Silent,
     )
     .unwrap();
-    // Configuration factor of a square of side 1 at distance 1, centred: four quarters.
-    let (x, u) = (0.5f64, 1.25f64.sqrt());
-    let factor = 4.0 * 2.0 * (x / u) * (x / u).atan() / (2.0 * std::f64::consts::PI);
-    let expected = 0.8 * sun.solid_angle() * factor;
+    // Configuration factor of a square of side 1, centred, at the distance of the window: four quarters. Behind
+    // it, twice as far, the wall lies in the shadow of the window, which absorbs what comes from the room.
+    let factor = |distance: f64| {
+        let (x, u) = (0.5 / distance, (0.5f64 / distance).hypot(1.0));
+        4.0 * 2.0 * (x / u) * (x / u).atan() / (2.0 * std::f64::consts::PI)
+    };
+    let expected = 0.8 * sun.solid_angle() * (factor(1.0) - factor(2.0));
     let found = f64::from(m.total.at(0, 0)[0]);
     assert!((found / expected - 1.0).abs() < 0.003, "{found} {expected}");
     assert_eq!(m.direct.at(0, 0)[0], 0.0);

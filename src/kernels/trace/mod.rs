@@ -175,17 +175,18 @@ pub struct TraceTables {
     unpruned: bool,
 }
 
-/// Whether the windows' own surfaces stop rays.
+/// Whether the surfaces of the windows that a computation is about stop rays. Those of all other windows of
+/// the scene do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WindowSurfaces {
-    /// They end every path that meets them (view matrix).
+    /// They end every path that meets them (view and daylight matrix).
     Absorb,
-    /// They are holes (daylight matrix).
+    /// They are holes, which light may leave by (suns); shaders ask for themselves what enters there.
     Open,
 }
 
 impl TraceTables {
-    /// Tables of `scene` seen through `windows`.
+    /// Tables of `scene` seen through `windows`. All other windows of the scene absorb.
     ///
     /// # Errors
     /// If there is no window, or one has no area.
@@ -204,6 +205,9 @@ impl TraceTables {
         let mut tables = Self::of_scene(scene, Normalization::of(windows));
         for window in windows {
             tables.push_window(window, surfaces);
+        }
+        for other in scene.windows.iter().filter(|w| !windows.iter().any(|own| own.is_in_place_of(w))) {
+            tables.push_absorber(other, 0);
         }
         Ok(tables.finished())
     }
@@ -296,14 +300,19 @@ impl TraceTables {
             rings: self.rings.len() as u32 - first_ring,
         });
         if surfaces == WindowSurfaces::Absorb {
-            self.materials.push(absorber(self.windows.len() as u32));
-            let material = self.materials.len() as u32 - 1;
-            for corners in &window.triangles {
-                // Front side into the room, whatever the order of the file's vertices.
-                let [a, b, c] = *corners;
-                let front = (b - a).cross(c - a).dot(window.frame.z) > 0.0;
-                self.push_triangle(if front { [a, b, c] } else { [a, c, b] }, material);
-            }
+            self.push_absorber(window, self.windows.len() as u32);
+        }
+    }
+
+    /// The surface of a window as a black one; `number` is its index among the windows + 1, or 0.
+    fn push_absorber(&mut self, window: &scene::Window, number: u32) {
+        self.materials.push(absorber(number));
+        let material = self.materials.len() as u32 - 1;
+        for corners in &window.triangles {
+            // Front side into the room, whatever the order of the file's vertices.
+            let [a, b, c] = *corners;
+            let front = (b - a).cross(c - a).dot(window.frame.z) > 0.0;
+            self.push_triangle(if front { [a, b, c] } else { [a, c, b] }, material);
         }
     }
 

@@ -206,7 +206,7 @@ pub fn view_row(
     row
 }
 
-/// One row of D: `[patch][rgb]`. `bounces` as `-ab`.
+/// One row of D: `[patch][rgb]`. `bounces` as `-ab`. The window and all others of the scene absorb.
 pub fn daylight_row(
     scene: &Scene,
     window: &Window,
@@ -217,6 +217,7 @@ pub fn daylight_row(
     seed: u64,
 ) -> Vec<[Estimate; 3]> {
     let mut row = vec![[Estimate::default(); 3]; sky.len()];
+    let windows: Vec<Window> = std::iter::once(window).chain(&scene.windows).cloned().collect();
     let mut random = Random(seed);
     for _ in 0..samples {
         let mut origin = random.point_on(&window.triangles);
@@ -224,7 +225,8 @@ pub fn daylight_row(
         let mut weight = [1.0; 3];
         let mut reflections = 0;
         for _ in 0..1000 {
-            match meet(scene, &[], origin, direction) {
+            match meet(scene, &windows, origin, direction) {
+                Met::Window(_) => break,
                 Met::Surface { distance, normal, material } => {
                     let Some(s) = scatter(&material, direction, normal, &mut random) else { break };
                     reflections += u32::from(s.diffuse);
@@ -237,7 +239,7 @@ pub fn daylight_row(
                         weight[c] *= s.weight[c];
                     }
                 }
-                _ => {
+                Met::Nothing => {
                     for (c, estimate) in row[sky.bin_of(direction)].iter_mut().enumerate() {
                         estimate.add(weight[c]);
                     }

@@ -86,11 +86,13 @@ impl Inputs {
         // Commands inside scene files may name files relative to the project's folder.
         let base = project.folder();
         let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
-        let scene = scene::read_scene(&files, base, warnings)?;
+        let mut scene = scene::read_scene(&files, base, warnings)?;
         let mut windows = Vec::new();
         for section in &project.windows {
             windows.extend(read_windows(project, section, warnings)?);
         }
+        let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
+        scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
         let sensors = project.sensors.iter().map(|s| read_group(s, bins, warnings)).collect::<Result<Vec<_>>>()?;
         if project.windows.iter().any(|w| w.daylight.is_some()) || project.sensors.iter().any(|s| s.view.is_some() || s.sun.is_some()) {

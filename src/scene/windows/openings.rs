@@ -1,0 +1,226 @@
+//! Makes the windows of a scene openings of it: see the [conventions](super).
+
+use super::covering::Base;
+use super::{IN_PLANE, LITTLE, ONE_PANE, PARALLEL_DEG, percent};
+use crate::error::{Error, Result, Warnings};
+use crate::scene::{MaterialKind, Scene, SurfaceOrigin, Triangle, Window};
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// What hides part of a window from nearer than this share of its size was hardly meant to.
+const NEAR: f64 = 5e-3;
+/// Share of a window from which such a surface is named.
+const NEAR_SHARE: f64 = 0.01;
+/// A surface that hides a window from nearer than this share of its size, almost all of it, is named.
+const CLOSE: f64 = 0.2;
+/// Share of the window from which it does.
+const ALMOST_ALL: f64 = 0.95;
+/// Surfaces that are named one by one; the others are counted.
+const MOST_NAMED: usize = 20;
+
+/// A triangle of a window, front into the room.
+struct Opening {
+    base: Base,
+    window: usize,
+    /// Root of the window's area.
+    size: f64,
+}
+
+/// How much of a window a surface covers, m².
+#[derive(Default)]
+struct Cover {
+    in_plane: f64,
+    /// Just before or behind the plane.
+    near: f64,
+    /// The same, up to some more.
+    close: f64,
+    /// Distance from the plane of what is nearest, positive inside.
+    distance: f64,
+}
+
+impl Scene {
+    /// Tells the scene all windows of the building. Surfaces in their planes are cut out where they cover a
+    /// window; warnings name these and such as hide a window from close by.
+    ///
+    /// # Errors
+    /// Windows that lie in the same place, or behind each other by less than a tenth of their size.
+    pub fn set_windows(&mut self, windows: &[Window], warnings: &mut Warnings) -> Result<()> {
+        refuse_overlaps(windows)?;
+        let covers = self.cut_out(windows);
+        self.warn(windows, &covers, warnings);
+        self.windows = windows.to_vec();
+        Ok(())
+    }
+
+    fn cut_out(&mut self, windows: &[Window]) -> BTreeMap<u32, BTreeMap<usize, Cover>> {
+        let openings = openings(windows);
+        let parallel = PARALLEL_DEG.to_radians().cos();
+        let mut covers: BTreeMap<u32, BTreeMap<usize, Cover>> = BTreeMap::new();
+        let mut triangles = Vec::with_capacity(self.triangles.len());
+        for triangle in &self.triangles {
+            if self.materials[triangle.material.0 as usize].kind == MaterialKind::Void {
+                triangles.push(*triangle);
+                continue;
+            }
+            let mut parts = vec![triangle.vertices];
+            for opening in openings.iter().filter(|o| o.base.overlap(&triangle.vertices, CLOSE * o.size).is_some()) {
+                let cut = |part: [DVec3; 3]| {
+                    let Some(found) = opening.base.overlap(&part, CLOSE * opening.size) else { return vec![part] };
+                    let [low, high] = found.depth;
+                    let distance = if low.abs() > high.abs() { low } else { high };
+                    let cover = covers.entry(triangle.surface).or_default().entry(opening.window).or_default();
+                    if distance.abs() <= IN_PLANE * opening.size {
+                        cover.in_plane += found.area;
+                        return found.rest;
+                    }
+                    if found.cosine.abs() > parallel {
+                        let is_nearest = cover.close == 0.0 || distance.abs() < cover.distance.abs();
+                        cover.distance = if is_nearest { distance } else { cover.distance };
+                        cover.close += found.area;
+                        cover.near += if distance.abs() <= NEAR * opening.size { found.area } else { 0.0 };
+                    }
+                    vec![part]
+                };
+                parts = parts.into_iter().flat_map(cut).collect();
+            }
+            triangles.extend(parts.into_iter().map(|vertices| Triangle { vertices, ..*triangle }));
+        }
+        self.triangles = triangles;
+        covers
+    }
+
+    fn warn(&self, windows: &[Window], covers: &BTreeMap<u32, BTreeMap<usize, Cover>>, warnings: &mut Warnings) {
+        let mut named = 0;
+        for (surface, by_window) in covers {
+            // One warning for each kind of fault.
+            let mut faults: BTreeMap<Fault, Vec<String>> = BTreeMap::new();
+            for (fault, how) in by_window.iter().filter_map(|(&w, cover)| self.told_of(*surface, &windows[w], cover)) {
+                faults.entry(fault).or_default().push(how);
+            }
+            for (fault, places) in faults {
+                named += 1;
+                if named <= MOST_NAMED {
+                    let more = if places.len() > 3 { format!(" and {} more", places.len() - 3) } else { String::new() };
+                    let list = places[..places.len().min(3)].join(", ");
+                    let message = format!("it covers {list}{more}{}", fault.consequence());
+                    let warning = Error::new(message).help(fault.help());
+                    let origin = self.surfaces.get(*surface as usize);
+                    warnings.push(origin.map_or_else(|| warning.clone(), |o| at(warning.clone(), o)));
+                }
+            }
+        }
+        if named > MOST_NAMED {
+            let message = format!("{} more surfaces cover windows in or close to their planes", named - MOST_NAMED);
+            warnings.push(Error::new(message).help("cut the openings out of the walls"));
+        }
+    }
+
+    /// What is told of a surface that covers a window, if anything.
+    fn told_of(&self, surface: u32, window: &Window, cover: &Cover) -> Option<(Fault, String)> {
+        let area = window.area();
+        let of = |part: f64| {
+            let origin = &window.origin;
+            format!("{} of window '{}' ({}:{})", percent((part / area).min(1.0)), window.name, origin.file.display(), origin.line)
+        };
+        if cover.in_plane > LITTLE * area {
+            return Some((Fault::InPlane, format!("{} in its plane", of(cover.in_plane))));
+        }
+        let hides = if cover.near > NEAR_SHARE * area {
+            cover.near
+        } else if cover.close > ALMOST_ALL * area {
+            cover.close
+        } else {
+            return None;
+        };
+        let kind = self.triangles.iter().find(|t| t.surface == surface).map(|t| self.materials[t.material.0 as usize].kind);
+        let fault = match kind {
+            Some(MaterialKind::Glass { .. } | MaterialKind::Trans { .. }) => Fault::Filters,
+            _ => Fault::Hides,
+        };
+        let side = if cover.distance > 0.0 { "inside" } else { "outside" };
+        Some((fault, format!("{} from {:.4} {side} its plane", of(hides), cover.distance.abs())))
+    }
+}
+
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum Fault {
+    InPlane,
+    Hides,
+    Filters,
+}
+
+impl Fault {
+    fn consequence(&self) -> &'static str {
+        match self {
+            Self::InPlane => "; light passes there as if nothing were in the plane",
+            Self::Hides => ": no light passes there",
+            Self::Filters => ": its transmittance counts beside that of the window's BSDF",
+        }
+    }
+
+    fn help(&self) -> &'static str {
+        match self {
+            Self::InPlane => {
+                "cut the opening out of the wall; panes and frames in the window's plane belong into its BSDF or its polygon's outline"
+            }
+            Self::Hides => "if it is the wall, cut the opening out of it; if it is meant, all is well",
+            Self::Filters => "if it is the pane of the window, take it out of the scene; if it is another one, all is well",
+        }
+    }
+}
+
+fn at(error: Error, origin: &SurfaceOrigin) -> Error {
+    error.file(&origin.file).line(origin.line).field(format!("surface '{}'", origin.name))
+}
+
+fn openings(windows: &[Window]) -> Vec<Opening> {
+    let opening = |(number, window): (usize, &Window)| {
+        let size = window.area().sqrt();
+        window
+            .triangles
+            .iter()
+            .filter_map(move |t| Some(Opening { base: Base::new(&into_room(t, window))?, window: number, size }))
+            .collect::<Vec<_>>()
+    };
+    windows.iter().enumerate().flat_map(opening).collect()
+}
+
+/// The triangle with its front into the room, whatever the order of the file's corners.
+fn into_room(triangle: &[DVec3; 3], window: &Window) -> [DVec3; 3] {
+    let [a, b, c] = *triangle;
+    if (b - a).cross(c - a).dot(window.frame.z) > 0.0 { [a, b, c] } else { [a, c, b] }
+}
+
+/// Windows in the same place, or one behind the other.
+fn refuse_overlaps(windows: &[Window]) -> Result<()> {
+    let parallel = PARALLEL_DEG.to_radians().cos();
+    for (i, first) in windows.iter().enumerate() {
+        let bases: Vec<Base> = openings(std::slice::from_ref(first)).into_iter().map(|o| o.base).collect();
+        for second in &windows[i + 1..] {
+            let least = first.area().min(second.area());
+            let size = least.sqrt();
+            let pairs = bases.iter().flat_map(|base| second.triangles.iter().map(move |t| (base, t)));
+            let (mut area, mut depth) = (0.0, 0.0f64);
+            for overlap in pairs.filter_map(|(base, t)| base.overlap(t, ONE_PANE * size)).filter(|o| o.cosine.abs() > parallel) {
+                area += overlap.area;
+                depth = overlap.depth.iter().fold(depth, |most, d| most.max(d.abs()));
+            }
+            if area > LITTLE * least {
+                let place = if depth <= IN_PLANE * size { "in the same place as".to_string() } else { format!("{depth:.3} from") };
+                let message = format!(
+                    "{} of it lies {place} window '{}' ({}:{}); two windows cannot cover each other",
+                    percent(area / second.area()),
+                    first.name,
+                    first.origin.file.display(),
+                    first.origin.line
+                );
+                return Err(Error::new(message)
+                    .file(&second.origin.file)
+                    .line(second.origin.line)
+                    .field(format!("window '{}'", second.name))
+                    .help("draw each opening once, by one polygon of one window; the panes of its glazing belong into the BSDF"));
+            }
+        }
+    }
+    Ok(())
+}
