@@ -15,7 +15,7 @@ use crate::simulate::glare::eye;
 use crate::simulate::import::{self, Imported};
 use crate::simulate::inputs::Inputs;
 use crate::simulate::presets::{daylight_options, view_options};
-use crate::simulate::sampling::{Source, Stop, sample};
+use crate::simulate::sampling::{Judge, Source, Stop, sample};
 use crate::simulate::summary::Seconds;
 use crate::simulate::uncertainty::Chain;
 use crate::sky::{SkyOptions, sky_matrix};
@@ -116,18 +116,31 @@ impl Run<'_> {
         }
         let sun = if straight { Some(self.sun_alone()?) } else { None };
         let eyes = self.eyes(stop, &windows, &statistics)?;
+        fn chain_of<'m>(
+            estimates: &'m [Estimate],
+            eyes: Option<&'m Estimate>,
+            (inputs, sky, sun): (&'m Inputs, &'m Matrix<f32>, Option<&'m Matrix<f32>>),
+        ) -> Chain<'m> {
+            Chain { inputs, view: eyes.unwrap_or(&estimates[0]), daylight: &estimates[1..], sky, sun }
+        }
+        let fixed = (inputs, sky, sun.as_ref());
         let judge = |estimates: &[Estimate]| {
-            let (view, daylight) = (eyes.as_ref().unwrap_or(&estimates[0]), &estimates[1..]);
-            let mut judgement = Chain { inputs, view, daylight, sky, sun: sun.as_ref() }.judge();
-            if eyes.is_some() {
+            let mut judgement = chain_of(estimates, eyes.as_ref(), fixed).judge();
+            let room = if eyes.is_some() {
                 // What the pictures' own noise leaves.
-                judgement.error /= (1.0 - SHARE_OF_VIEW).sqrt();
+                (1.0 - SHARE_OF_VIEW).sqrt()
             } else if straight {
                 // Room for the suns' own error: 0.8² + 0.6² = 1.
-                judgement.error /= 0.8;
-            }
+                0.8
+            } else {
+                1.0
+            };
+            judgement.error /= room;
+            judgement.at_most /= room;
             Ok(judgement)
         };
+        let squares = |estimates: &[Estimate], source: usize| chain_of(estimates, eyes.as_ref(), fixed).squares(source);
+        let judge = Judge { judge: &judge, squares: &squares };
         let (mut estimates, traced) = sample(&sources, stop, self.store, self.progress, &judge)?;
         let fingerprints: Vec<Fingerprint> = sources.iter().map(|s| s.inputs).collect();
         drop(sources);
