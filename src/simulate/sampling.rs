@@ -348,4 +348,6 @@ fn unreadable(text: &str) -> Error {
 }
 
 #[cfg(test)]
+mod coverage;
+#[cfg(test)]
 mod tests;

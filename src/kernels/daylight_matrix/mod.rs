@@ -221,8 +221,8 @@ fn compute_in_dispatches(
     let doubted: Vec<bool> = (0..bins).map(few).collect();
     // Half a path more to anywhere in the sky.
     let spread: Vec<f64> = (0..sky.len()).map(|p| doubt::half_a_hit(sky.solid_angle(p) / (4.0 * std::f64::consts::PI), paths)).collect();
-    for (batch, deviation) in batches.iter_mut().zip(doubt::pattern(doubt::Part::SKY, options.batches as usize)) {
-        for bin in (0..bins).filter(|b| doubted[*b]) {
+    for bin in (0..bins).filter(|b| doubted[*b]) {
+        for (batch, deviation) in batches.iter_mut().zip(doubt::pattern(doubt::Part::OTHERS + bin, options.batches as usize)) {
             for (patch, error) in spread.iter().enumerate() {
                 batch.total.at_mut(bin, patch).iter_mut().for_each(|v| *v = (f64::from(*v) + error * deviation) as f32);
             }

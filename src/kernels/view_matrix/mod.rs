@@ -14,6 +14,8 @@
 //! All of it is repeated in independently scrambled batches; their spread is the standard error.
 
 mod doubts;
+#[cfg(test)]
+mod image_tests;
 mod images;
 #[cfg(test)]
 mod tests;
