@@ -29,6 +29,13 @@ pub fn student_95(freedom: usize) -> f64 {
     }
 }
 
+/// By what a variance with so many degrees of freedom is multiplied to be exceeded by the true one in one
+/// case of ten: the freedom over the tenth percentile of χ² (Wilson and Hilferty 1931).
+pub fn upper_variance(freedom: f64) -> f64 {
+    let a = 2.0 / (9.0 * freedom.max(1.0));
+    (1.0 - a - 1.281_552 * a.sqrt()).max(0.25).powi(-3)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -37,6 +44,14 @@ mod tests {
     fn students_factors_are_those_of_the_tables() {
         for (freedom, wanted) in [(1, 12.706), (7, 2.365), (11, 2.201), (15, 2.131), (30, 2.042), (120, 1.980), (100_000, 1.960)] {
             assert!((student_95(freedom) - wanted).abs() < 6e-4, "{freedom}: {}", student_95(freedom));
+        }
+    }
+
+    #[test]
+    fn upper_variances_are_those_of_the_tables() {
+        // χ² of 7, 28, 100 degrees: tenth percentiles 2.833, 18.94, 82.36.
+        for (freedom, percentile) in [(7.0, 2.833), (28.0, 18.939), (100.0, 82.358)] {
+            assert!((upper_variance(freedom) * percentile / freedom - 1.0).abs() < 3e-3, "{freedom}: {}", upper_variance(freedom));
         }
     }
 }

@@ -4,7 +4,8 @@
 // A node is five vec4<u32>: (origin xyz, exponents and inner mask), (first child, first triangle,
 // child meta 0-3, 4-7), then per axis the quantised child limits (min 0-3, min 4-7, max 0-3, max 4-7).
 // A triangle is three vec4<f32>: corners, the first with the material index in w, the second with what
-// lets light straight through: 1 for glass, 2 for smooth translucent surfaces, 0 for all others.
+// lets light straight through: 1 for glass, 2 for smooth translucent surfaces, 0 for all others; the
+// third with the number of its plane if it is a smooth surface, else 0.
 
 import package::shared::counters::{traversal_failed};
 import package::shared::frame::{tangent_frame};
@@ -260,6 +261,10 @@ fn triangle_normal(triangle: u32) -> vec3<f32> {
 
 fn triangle_material(triangle: u32) -> u32 {
     return bitcast<u32>(bvh_triangles[triangle * 3u].w);
+}
+
+fn triangle_plane(triangle: u32) -> u32 {
+    return bitcast<u32>(bvh_triangles[triangle * 3u + 2u].w);
 }
 
 // Largest coordinate, without its sign.

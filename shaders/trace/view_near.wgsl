@@ -1,10 +1,11 @@
 // View matrix: what virtual lights cannot give. Paths from the sensor, one per invocation, that
 // either start with a specular surface or meet a diffuse one nearer than `near_radius`, there
-// weighted by what `view_gather` leaves out.
+// weighted by what `view_gather` leaves out. Windows seen by one reflection in a plane may be left to
+// `view_images`.
 
 import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_GLASS, MATERIAL_ABSORBER};
 import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
 import package::shared::counters::{counters, count_finished};
@@ -21,7 +22,8 @@ struct NearParams {
     most_bounces: u32,
     near_radius: f32,
     roulette_weight: f32,
-    padding_number: u32,
+    // Whether images of the windows in plane mirrors are left out.
+    images: u32,
     // Receivers from one batch to the next; 0 if all batches share them.
     batch_stride: u32,
 }
@@ -34,6 +36,11 @@ const WORKGROUPS_PER_ROW: u32 = 16384u;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
 // [batch][sensor][bin][rgb], fixed point.
 @group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
+// [batch][sensor]: rays that left a reflection by which a window may be seen, how many saw one, and the
+// sum of their weights in `LOOK_UNITS`: what is known if few or none did.
+@group(0) @binding(9) var<storage, read_write> looks: array<atomic<u32>>;
+
+const LOOK_UNITS: f32 = 256.0;
 
 // `dither`, random in [0, 1), rounds up or down so that what is less than a unit is kept in the mean:
 // light of small and distant windows.
@@ -66,11 +73,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Before the first scattering, straight panes aside.
     var first = true;
     var specular_before = false;
+    // By nothing but one reflection in a plane.
+    var imaged = false;
     var travelled = 0.0;
     var ended = false;
     var segment = 0u;
     for (; segment < MOST_SEGMENTS; segment++) {
         let dither = unit_f32(hash_combine(seed + 1u, index * MOST_SEGMENTS + segment));
+        if specular_before && !imaged {
+            atomicAdd(&looks[row * 3u], 1u);
+            atomicAdd(&looks[row * 3u + 2u], u32(largest(weight) * LOOK_UNITS + 0.5));
+        }
         let hit = closest_hit(position, direction, FAR_AWAY);
         if hit.triangle == NO_TRIANGLE {
             ended = true;
@@ -82,8 +95,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let facing = select(-normal, normal, front);
         let material = materials[triangle_material(hit.triangle)];
         if material.kind == MATERIAL_ABSORBER {
-            if material.window > 0u && specular_before && front {
+            if material.window > 0u && specular_before && !imaged && front {
                 deposit(row, window_bin(windows[material.window - 1u], -direction), weight, dither);
+                atomicAdd(&looks[row * 3u + 1u], 1u);
             }
             ended = true;
             break;
@@ -125,6 +139,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             specular_before = false;
         } else if !straight_pane {
             specular_before = true;
+            imaged = first && params.images == 1u && !event.transmitted && triangle_plane(hit.triangle) > 0u;
         }
         first = first && straight_pane;
         let strength = largest(weight);

@@ -71,6 +71,7 @@ sources![
     "trace/sun_vertices",
     "trace/view_direct",
     "trace/view_gather",
+    "trace/view_images",
     "trace/view_near",
 ];
 

@@ -12,7 +12,7 @@ use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use crate::gpu::{Device, Kernel};
 use crate::gpu_struct;
-use crate::kernels::trace::{Counters, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, check_finished};
+use crate::kernels::trace::{Counters, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, check_finished, doubt};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
@@ -60,11 +60,14 @@ pub struct DaylightOptions {
     pub roulette_weight: f32,
     /// Whether the batches themselves are handed back too.
     pub keep_batches: bool,
+    /// Whether this is the first, or only, of the rounds that are averaged: it has the doubts (see
+    /// [`doubt`]).
+    pub first_round: bool,
 }
 
 impl Default for DaylightOptions {
     fn default() -> Self {
-        Self { bounces: None, paths: 2048, batches: 8, seed: 1, roulette_weight: 0.05, keep_batches: false }
+        Self { bounces: None, paths: 2048, batches: 8, seed: 1, roulette_weight: 0.05, keep_batches: false, first_round: true }
     }
 }
 
@@ -213,10 +216,32 @@ fn compute_in_dispatches(
     }
     progress.update("daylight matrix", 1.0);
     let n = f64::from(options.batches);
+    let paths = n * f64::from(options.paths);
+    let row = |bin: usize| bin * sky.len() * components..(bin + 1) * sky.len() * components;
+    let few = |bin: usize| {
+        options.first_round && sum[row(bin)].iter().sum::<f64>() / components as f64 * f64::from(options.paths) < doubt::ENOUGH_HITS
+    };
+    let doubted: Vec<bool> = (0..bins).map(few).collect();
+    // Half a path more to anywhere in the sky.
+    let spread: Vec<f64> = (0..sky.len()).map(|p| doubt::half_a_hit(sky.solid_angle(p) / (4.0 * std::f64::consts::PI), paths)).collect();
+    for bin in (0..bins).filter(|b| doubted[*b]) {
+        for (batch, deviation) in batches.iter_mut().zip(doubt::pattern(doubt::Part::OTHERS + bin, options.batches as usize)) {
+            for (patch, error) in spread.iter().enumerate() {
+                batch.total.at_mut(bin, patch).iter_mut().for_each(|v| *v = (f64::from(*v) + error * deviation) as f32);
+            }
+        }
+    }
+    let doubt_of = |i: usize| {
+        let element = i / components;
+        if doubted[element / sky.len()] { spread[element % sky.len()] } else { 0.0 }
+    };
     Ok(TracedMatrix {
         total: shape(&|i| sum[i] / n),
         direct: shape(&|i| direct_sum[i] / n),
-        standard_error: shape(&|i| ((squares[i] / n - (sum[i] / n).powi(2)).max(0.0) / (n - 1.0)).sqrt()),
+        standard_error: shape(&|i| {
+            let spread = (squares[i] / n - (sum[i] / n).powi(2)).max(0.0) / (n - 1.0);
+            (spread + doubt_of(i).powi(2)).sqrt()
+        }),
         batches,
         statistics,
     })

@@ -386,9 +386,10 @@ impl<'d> ImageTracer<'d> {
                 near_radius: o.near_radius,
                 roulette_weight: o.roulette_weight,
                 receivers_per_batch: true,
+                images: false,
             };
             let which = (&receivers, pixels);
-            near = Some(near_paths(device, (&self.tables, &self.scene), &self.near, &near_options, which, statistics)?);
+            near = Some(near_paths(device, (&self.tables, &self.scene), &self.near, &near_options, which, statistics)?.sums);
         }
         if reflected {
             for round in 0..self.rounds() {

@@ -83,7 +83,7 @@ gpu_struct! {
         pub most_bounces: u32,
         pub near_radius: f32,
         pub roulette_weight: f32,
-        pub padding_number: u32,
+        pub images: u32,
         pub batch_stride: u32,
     }
 }
@@ -93,6 +93,9 @@ gpu_struct! {
 const MOST_VERTICES: u32 = 1 << 14;
 /// Bound on what one path of `view_near` may add to one cell, sr.
 const NEAR_BOUND: f64 = 64.0;
+
+/// `LOOK_UNITS` of `view_near`.
+const LOOK_UNITS: f64 = 256.0;
 
 /// Workgroups of `view_near` along x.
 const WORKGROUPS_PER_ROW: u32 = 16384;
@@ -321,10 +324,29 @@ pub(crate) struct NearOptions {
     pub roulette_weight: f32,
     /// Whether every batch has its own receivers.
     pub receivers_per_batch: bool,
+    /// Whether the windows' images in plane mirrors have rays of their own.
+    pub images: bool,
 }
 
-/// Paths from `count` receivers: irradiance coefficients that
-/// the light paths leave out, `[batch][receiver][bin][rgb]`, sr.
+/// What paths from receivers found.
+pub(crate) struct NearPaths {
+    /// Irradiance coefficients that the light paths leave out, `[batch][receiver][bin][rgb]`, sr.
+    pub sums: Vec<f32>,
+    /// `[batch][receiver]`: rays that left a reflection, those of them that met a window, the sum of their
+    /// weights.
+    looks: Vec<[u32; 3]>,
+}
+
+impl NearPaths {
+    /// Rays of one receiver that left a reflection, how many of them met a window, and their mean weight, sr.
+    pub fn looks(&self, receiver: usize, count: usize) -> (f64, f64, f64) {
+        let sum = |i: usize| self.looks.iter().skip(receiver).step_by(count).map(|l| f64::from(l[i])).sum::<f64>();
+        let looks = sum(0);
+        (looks, sum(1), if looks > 0.0 { sum(2) / LOOK_UNITS / looks } else { std::f64::consts::PI })
+    }
+}
+
+/// Paths from `count` receivers.
 ///
 /// # Errors
 /// If the device fails or loses paths.
@@ -335,7 +357,7 @@ pub(crate) fn near_paths(
     options: &NearOptions,
     (receivers, count): (&Buffer, usize),
     statistics: &mut TraceStatistics,
-) -> Result<Vec<f32>> {
+) -> Result<NearPaths> {
     let bins = tables.bins();
     let params = NearParams {
         seed: stream_seed(options.seed, 0, 0x6e65_6172),
@@ -348,14 +370,16 @@ pub(crate) fn near_paths(
         most_bounces: options.bounces.map_or(u32::MAX, |b| b.saturating_sub(1)),
         near_radius: options.near_radius,
         roulette_weight: options.roulette_weight,
-        padding_number: 0,
+        images: u32::from(options.images),
         batch_stride: if options.receivers_per_batch { count as u32 } else { 0 },
     };
     let what = "short connections of the view matrix";
     let params = device.uniform(what, &params)?;
     let sums = device.zeros::<u32>(what, options.batches as usize * count * bins * 3)?;
     let counters = device.zeros::<Counters>("path counters", 1)?;
-    let bind = kernel.bind(&scene.bindings(&[("params", &params), ("sensors", receivers), ("sums", &sums), ("counters", &counters)]))?;
+    let looks = device.zeros::<[u32; 3]>(what, options.batches as usize * count)?;
+    let own = [("params", &params), ("sensors", receivers), ("sums", &sums), ("looks", &looks), ("counters", &counters)];
+    let bind = kernel.bind(&scene.bindings(&own))?;
     let paths = u64::from(options.samples) * count as u64;
     let too_many = || Error::new(format!("{count} receivers with {} paths each are too many at once", options.samples));
     let groups = u32::try_from(paths).map_err(|_| too_many())?.div_ceil(64);
@@ -363,5 +387,6 @@ pub(crate) fn near_paths(
     let started = paths * u64::from(options.batches);
     finish_dispatch(device, &counters, started, what, statistics)?;
     let scale = NEAR_BOUND / f64::from(u32::MAX);
-    Ok(device.read::<u32>(&sums)?.into_iter().map(|units| (f64::from(units) * scale) as f32).collect())
+    let sums = device.read::<u32>(&sums)?.into_iter().map(|units| (f64::from(units) * scale) as f32).collect();
+    Ok(NearPaths { sums, looks: device.read(&looks)? })
 }

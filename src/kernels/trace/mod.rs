@@ -13,10 +13,12 @@ use glam::{DVec3, Vec3};
 mod cie171;
 #[cfg(test)]
 pub(crate) mod comparison;
+pub mod doubt;
 #[cfg(test)]
 mod extremes;
 #[cfg(test)]
 mod mutations;
+pub mod planes;
 pub(crate) mod probes;
 #[cfg(test)]
 pub(crate) mod reference;
@@ -171,6 +173,10 @@ pub struct TraceTables {
     pub window_triangles: Vec<[f32; 4]>,
     /// What the shaders need.
     pub features: SceneFeatures,
+    /// Planes of smooth surfaces.
+    pub planes: Vec<planes::SmoothPlane>,
+    /// Number of each triangle's plane, 0 if there is none.
+    triangle_planes: Vec<u32>,
     /// As in the scene: the shaders get everything.
     unpruned: bool,
 }
@@ -233,13 +239,24 @@ impl TraceTables {
             rings: Vec::new(),
             window_triangles: Vec::new(),
             features: SceneFeatures { grey: true, glass: false, specular: false },
+            planes: Vec::new(),
+            triangle_planes: Vec::new(),
             unpruned: scene.unpruned,
         };
+        let (mut smooth, mut places) = (Vec::new(), Vec::new());
         for triangle in &scene.triangles {
             if scene.materials[triangle.material.0 as usize].kind != MaterialKind::Void {
+                let place = tables.triangles.len();
                 tables.push_triangle(triangle.vertices, triangle.material.0);
+                if place < tables.triangles.len() && planes::reflects(&tables.materials[triangle.material.0 as usize]) {
+                    smooth.push(triangle.vertices);
+                    places.push(place);
+                }
             }
         }
+        let (planes, numbers) = planes::find(&smooth, 1.0 / normalization.scale);
+        tables.planes = planes;
+        places.into_iter().zip(numbers).for_each(|(place, number)| tables.triangle_planes[place] = number);
         tables
     }
 
@@ -250,9 +267,20 @@ impl TraceTables {
             let far = Vec3::new(0.0, 0.0, -1e6);
             self.triangles.push([far, far + Vec3::X * 1e-3, far + Vec3::Y * 1e-3]);
             self.triangle_materials.push(self.materials.len() as u32 - 1);
+            self.triangle_planes.push(0);
         }
         self.features = if self.unpruned { SceneFeatures { grey: false, glass: true, specular: true } } else { self.find_features() };
         self
+    }
+
+    /// Whether light may be reflected (or pass other than through panes) in ways that no single one of the
+    /// `planes` stands for: several reflections, rough, curved and translucent surfaces.
+    pub fn has_other_reflections(&self) -> bool {
+        let other = |(&material, &plane): (&u32, &u32)| {
+            let m = &self.materials[material as usize];
+            (plane == 0 && m.kind != ABSORBER && m.specular != [0.0; 3]) || (m.kind == SURFACE && m.specular_transmitted != [0.0; 3])
+        };
+        self.planes.len() > 1 || self.triangle_materials.iter().zip(&self.triangle_planes).any(other)
     }
 
     /// Bins of all windows.
@@ -266,6 +294,7 @@ impl TraceTables {
         if (t[1] - t[0]).cross(t[2] - t[0]).length_squared() > 0.0 {
             self.triangles.push(t);
             self.triangle_materials.push(material);
+            self.triangle_planes.push(0);
         }
     }
 
@@ -343,7 +372,8 @@ impl TraceTables {
             let [a, b, c] = self.triangles[index as usize];
             let number = self.triangle_materials[index as usize];
             let pane = pane_kind(&self.materials[number as usize]);
-            corners.extend([[a.x, a.y, a.z, f32::from_bits(number)], [b.x, b.y, b.z, pane], [c.x, c.y, c.z, 0.0]]);
+            let plane = self.triangle_planes[index as usize];
+            corners.extend([[a.x, a.y, a.z, f32::from_bits(number)], [b.x, b.y, b.z, pane], [c.x, c.y, c.z, f32::from_bits(plane)]]);
         }
         Ok(TraceScene {
             nodes: device.upload("BVH nodes", &bvh.nodes)?,

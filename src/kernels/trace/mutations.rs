@@ -98,6 +98,8 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("trace/view_direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
     ("trace/view_near", "1.0 - ratio * ratio", "1.0 - ratio"),
     ("trace/view_near", "specular_before = true;", "specular_before = false;"),
+    ("trace/view_near", "specular_before && !imaged && front", "specular_before && front"),
+    ("trace/view_images", "passed * parts[1] *", "passed * parts[1].zyx *"),
     ("shared/window", "sqrt(max(1.0 - z * z, 0.0))", "max(1.0 - z * z, 0.0)"),
     ("shared/bins", "azimuth / TAU * f32(bins) + 0.5", "azimuth / TAU * f32(bins) + 1.0"),
     ("shared/material", "let mirrored = incoming + 2.0 * cosine * facing;", "let mirrored = incoming + 1.9 * cosine * facing;"),

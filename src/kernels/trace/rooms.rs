@@ -143,3 +143,57 @@ pub fn street() -> (Scene, Window) {
     let w = window([[0.5, 0.0, 1.0], [0.5, 0.0, 2.5], [2.0, 0.0, 2.5], [2.0, 0.0, 1.0]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
     (b.scene, w)
 }
+
+/// A plane mirror: a point of it, its unit normal, and what it reflects by the cosine of incidence.
+pub struct PlaneMirror<'a> {
+    pub point: DVec3,
+    pub normal: DVec3,
+    pub reflectance: &'a (dyn Fn(f64) -> f64 + Sync),
+}
+
+/// Irradiance from a rectangular window of radiance 1 by way of mirrors, in the order in which the eye meets
+/// them, by the midpoint rule over the window. `passes` tells what part of the light along a leg from one point
+/// to the next arrives.
+pub fn mirrored_irradiance(w: &Window, eye: &Sensor, mirrors: &[PlaneMirror<'_>], passes: &(dyn Fn(DVec3, DVec3) -> f64 + Sync)) -> f64 {
+    const STEPS: usize = 200;
+    let [[a, b, c], _] = [w.triangles[0], w.triangles[1]];
+    let reflect = |p: DVec3, m: &PlaneMirror<'_>| p - m.normal * (2.0 * (p - m.point).dot(m.normal));
+    let normal = eye.direction.normalize();
+    let cell = (b - a).cross(c - b).length() / (STEPS * STEPS) as f64;
+    let mut sum = 0.0;
+    for i in 0..STEPS * STEPS {
+        let (u, v) = (((i / STEPS) as f64 + 0.5) / STEPS as f64, ((i % STEPS) as f64 + 0.5) / STEPS as f64);
+        let target = a + (b - a) * u + (c - b) * v;
+        // Images of the target as seen past the first, second … mirror.
+        let mut images = vec![target];
+        for m in mirrors.iter().rev() {
+            images.push(reflect(images[images.len() - 1], m));
+        }
+        let distance = (images[mirrors.len()] - eye.position).length();
+        let first = (images[mirrors.len()] - eye.position) / distance;
+        let (mut from, mut along, mut part) = (eye.position, first, 1.0);
+        for (k, m) in mirrors.iter().enumerate() {
+            let towards = images[mirrors.len() - k] - from;
+            let share = (m.point - from).dot(m.normal) / towards.dot(m.normal);
+            if !(share > 1e-12 && share < 1.0) {
+                part = 0.0;
+                break;
+            }
+            let met = from + towards * share;
+            along = towards.normalize();
+            part *= passes(from, met) * (m.reflectance)(along.dot(m.normal).abs());
+            along -= m.normal * (2.0 * along.dot(m.normal));
+            from = met;
+        }
+        if part > 0.0 {
+            part *= passes(from, target);
+        }
+        sum += part * first.dot(normal).max(0.0) * (-along.dot(w.frame.z)).max(0.0) / (distance * distance) * cell;
+    }
+    sum
+}
+
+/// What smooth plastic of this specularity reflects as a mirror.
+pub fn polish(specularity: f64) -> impl Fn(f64) -> f64 {
+    move |cosine| specularity + (1.0 - specularity) * ((-5.85 * cosine).exp() - (-5.85f64).exp())
+}

@@ -1,17 +1,22 @@
 //! View matrix V: what each sensor receives from each bin of each window.
 //!
 //! `V[sensor][bin]` is the irradiance at the sensor when the windows emit radiance 1 into the
-//! directions of that bin (sr; what `rfluxmtx -I+` computes). Three unbiased parts, each with the
+//! directions of that bin (sr; what `rfluxmtx -I+` computes). Four unbiased parts, each with the
 //! estimator that suits it:
 //!
 //! | part | estimator | shader |
 //! |---|---|---|
 //! | straight from the window | quadrature, times the visible share found by rays | `view_direct` |
 //! | reflected in the room | light paths from each bin, whose diffuse vertices serve *all* sensors (instant radiosity) | `light_paths`, `view_gather` |
-//! | what the second part must leave out: very short connections, mirrors seen by the sensor | paths from the sensor | `view_near` |
+//! | the windows' images in plane smooth surfaces, by one reflection | quadrature from the sensor's image | `view_images` |
+//! | what these must leave out: very short connections, other mirrors seen by the sensor | paths from the sensor | `view_near` |
 //!
 //! All of it is repeated in independently scrambled batches; their spread is the standard error.
 
+mod doubts;
+#[cfg(test)]
+mod image_tests;
+mod images;
 #[cfg(test)]
 mod tests;
 mod unobstructed;
@@ -82,6 +87,9 @@ pub struct ViewOptions {
     pub near_radius: f32,
     /// Whether the batches themselves are handed back too.
     pub keep_batches: bool,
+    /// Whether this is the first, or only, of the rounds that are averaged: it has the doubts (see
+    /// [`doubt`](crate::kernels::trace::doubt)).
+    pub first_round: bool,
     /// Device memory to use, bytes.
     pub memory: u64,
 }
@@ -99,6 +107,7 @@ impl Default for ViewOptions {
             roulette_weight: 0.05,
             near_radius: 0.4,
             keep_batches: false,
+            first_round: true,
             memory: 1 << 30,
         }
     }
@@ -120,6 +129,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
     vec![
         Registered::new("trace/view_gather").with::<GatherParams>().with::<Receiver>().with::<VirtualLight>(),
         Registered::new("trace/view_direct").with::<DirectParams>().with::<Receiver>(),
+        Registered::new("trace/view_images").with::<images::ImageParams>().with::<images::ImageView>(),
     ]
 }
 
@@ -199,6 +209,8 @@ struct ViewTracer<'d> {
     gather: Kernel,
     direct: Kernel,
     near: Kernel,
+    /// Where there are plane mirrors.
+    images: Option<Kernel>,
     counters: Buffer,
 }
 
@@ -215,6 +227,7 @@ impl<'d> ViewTracer<'d> {
             gather: Kernel::new(device, "trace/view_gather", &[], &[glass[0], ("RAYS", f64::from(options.visibility_rays))])?,
             direct: Kernel::new(device, "trace/view_direct", &[], &glass)?,
             near: Kernel::new(device, "trace/view_near", &[], &glass)?,
+            images: if tables.planes.is_empty() { None } else { Some(Kernel::new(device, "trace/view_images", &[], &glass)?) },
             counters: device.zeros::<Counters>("path counters", 1)?,
             tables,
         })
@@ -249,13 +262,17 @@ impl<'d> ViewTracer<'d> {
                 near_radius: self.options.near_radius,
                 roulette_weight: self.options.roulette_weight,
                 receivers_per_batch: false,
+                images: self.images.is_some(),
             };
             let receivers = (&sensors_buffer, records.len());
-            let near = near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
+            let mut near =
+                near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
+            self.add_images(sensors, first, &mut near.sums, &mut result.statistics)?;
+            self.doubt_reflections(&mut near, records.len());
             stage(0.2)?;
             let gathered =
                 if reflected { Some(self.gathered_part(&sensors_buffer, &records, cells, &mut result.statistics, stage)?) } else { None };
-            (gathered, Some(near))
+            (gathered, Some(near.sums))
         } else {
             (None, None)
         };
@@ -312,27 +329,21 @@ impl<'d> ViewTracer<'d> {
             self.sampled_part(&self.direct, &params, "direct view matrix", buffer, sensors.len(), o.direct_samples, cells, statistics)?;
         let exact: Vec<Vec<f64>> = sensors.par_iter().map(|s| self.unobstructed_row(s)).collect();
         let mut direct = vec![0.0; batches * sensors.len() * bins * 3];
-        let all_batches = |sensor: usize, bin: usize, c: usize| -> f64 {
-            (0..batches).map(|b| f64::from(sums[((b * sensors.len() + sensor) * bins + bin) * 4 + c])).sum()
-        };
-        for sensor in 0..sensors.len() {
-            for bin in 0..bins {
-                let value = exact[sensor][bin];
-                if value <= 0.0 {
-                    continue;
-                }
+        for (sensor, exact) in exact.iter().enumerate() {
+            let row = doubts::DirectRow::new(&sums, (sensor, sensors.len()), batches, bins, &self.tables.windows);
+            for (bin, &value) in exact.iter().enumerate().filter(|(_, value)| **value > 0.0) {
                 for batch in 0..batches {
-                    let row = batch * sensors.len() + sensor;
-                    let cell = &sums[(row * bins + bin) * 4..][..4];
+                    let cell = ((batch * sensors.len() + sensor) * bins + bin) * 3;
                     for c in 0..3 {
-                        // Bins too small for a batch to meet take the share of all batches; those
-                        // that no sample met are smaller than any error.
-                        let share = match (cell[3], all_batches(sensor, bin, 3)) {
-                            (0, 0.0) => 1.0,
-                            (0, all) => all_batches(sensor, bin, c) / all,
-                            (of, _) => f64::from(cell[c]) / f64::from(of),
-                        };
-                        direct[(row * bins + bin) * 3 + c] = value * share.min(1.0);
+                        direct[cell + c] = value * row.share(batch, bin, c);
+                    }
+                }
+            }
+            if o.first_round {
+                for (bin, deviations) in row.doubts(exact, f64::from(o.direct_samples)) {
+                    for (batch, deviation) in deviations.into_iter().enumerate() {
+                        let cell = ((batch * sensors.len() + sensor) * bins + bin) * 3;
+                        direct[cell..cell + 3].iter_mut().for_each(|v| *v += deviation);
                     }
                 }
             }

@@ -17,7 +17,7 @@ use crate::simulate::plan::presets::{SHARE_OF_SENSORS, SHARE_OF_VIEW, daylight_o
 use crate::simulate::project::quality::Stop;
 use crate::simulate::sampling::chain::Chain;
 use crate::simulate::sampling::estimate::Estimate;
-use crate::simulate::sampling::{Source, sample};
+use crate::simulate::sampling::{Judge, Source, sample};
 use crate::simulate::store::fingerprint::Fingerprint;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -37,6 +37,14 @@ impl Sampled {
     pub fn chain<'m>(&'m self, inputs: &'m Inputs, sky: &'m Matrix<f32>) -> Chain<'m> {
         Chain { inputs, view: &self.view, daylight: &self.daylight, sky, sun: self.sun.as_ref() }
     }
+}
+
+/// What the chain has beside V and D.
+struct Fixed<'m> {
+    inputs: &'m Inputs,
+    sky: &'m Matrix<f32>,
+    sun: Option<&'m Matrix<f32>>,
+    eyes: Option<&'m Estimate>,
 }
 
 /// What the rounds of all sources took together.
@@ -79,18 +87,28 @@ pub fn sampled(context: &Context<'_>, ledger: &mut Ledger, sky: &Matrix<f32>) ->
     let five = context.choice.phases == 5;
     let sun = if five { Some(sun_alone(context)?).filter(|sun| sun.data().iter().any(|v| *v != 0.0)) } else { None };
     let eyes = eyes(context, stop, &windows, &meter)?;
+    fn chain_of<'m>(fixed: &Fixed<'m>, estimates: &'m [Estimate]) -> Chain<'m> {
+        let view = fixed.eyes.unwrap_or(&estimates[0]);
+        Chain { inputs: fixed.inputs, view, daylight: &estimates[1..], sky: fixed.sky, sun: fixed.sun }
+    }
+    let fixed = Fixed { inputs, sky, sun: sun.as_ref(), eyes: eyes.as_ref() };
     let judge = |estimates: &[Estimate]| {
-        let (view, daylight) = (eyes.as_ref().unwrap_or(&estimates[0]), &estimates[1..]);
-        let mut judgement = Chain { inputs, view, daylight, sky, sun: sun.as_ref() }.judge();
-        if eyes.is_some() {
+        let mut judgement = chain_of(&fixed, estimates).judge();
+        let room = if eyes.is_some() {
             // What the pictures' own noise leaves.
-            judgement.error /= (1.0 - SHARE_OF_VIEW).sqrt();
+            (1.0 - SHARE_OF_VIEW).sqrt()
         } else if five {
             // Room for the suns' own error.
-            judgement.error /= SHARE_OF_SENSORS.sqrt();
-        }
+            SHARE_OF_SENSORS.sqrt()
+        } else {
+            1.0
+        };
+        judgement.error /= room;
+        judgement.at_most /= room;
         Ok(judgement)
     };
+    let squares = |estimates: &[Estimate], source: usize| chain_of(&fixed, estimates).squares(source);
+    let judge = Judge { judge: &judge, squares: &squares };
     let (mut estimates, traced) = sample(&sources, stop, context.store, context.progress, &judge)?;
     let fingerprints: Vec<Fingerprint> = sources.iter().map(|s| s.inputs).collect();
     drop(sources);

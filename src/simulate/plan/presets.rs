@@ -49,6 +49,7 @@ pub fn view_options(project: &Project, round: u32) -> ViewOptions {
         direct_samples: samples(standard.direct_samples, quality),
         near_samples: samples(standard.near_samples, quality),
         seed: seed(project, 0, round),
+        first_round: round == 0,
         ..standard
     }
 }
@@ -60,6 +61,7 @@ pub fn daylight_options(project: &Project, window: usize, round: u32) -> Dayligh
         bounces: project.method.bounces,
         paths: samples(standard.paths, &project.quality),
         seed: seed(project, window, round),
+        first_round: round == 0,
         ..standard
     }
 }

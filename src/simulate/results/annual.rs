@@ -6,9 +6,9 @@ use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
 use crate::simulate::inputs::SensorGroup;
 use crate::simulate::light::Light;
-use crate::simulate::sampling::chain::Chain;
+use crate::simulate::sampling::chain::{Chain, relative_error};
 use crate::simulate::store::Store;
-use crate::weather::Record;
+use crate::weather::{Record, Steps};
 use rayon::prelude::*;
 
 /// A value and its standard error.
@@ -107,6 +107,7 @@ pub fn estimate(
     let occupied: Vec<bool> = records.iter().map(is_occupied).collect();
     let (count, hours) = (lux.rows(), lux.cols());
     let noise = Deviations::new(chain, light);
+    let sums = chain.annual();
     let mut standard_error = Matrix::zeros(count, hours, 1);
     let mut sensors: Vec<Sensor> = Vec::with_capacity(count);
     let tile = (TILE_MEMORY / (hours.max(1) * 4 * 8)).max(1);
@@ -114,7 +115,16 @@ pub fn estimate(
         stage(first as f64 / count as f64)?;
         let range = first..(first + tile).min(count);
         let n = range.len();
-        let deviations = noise.of(multiplier, range.clone())?;
+        let mut deviations = noise.of(multiplier, range.clone())?;
+        if let Some(deviations) = &mut deviations {
+            // All rounds know more of the year's spread than the replicates do.
+            for (row, values) in deviations.data_mut().chunks_exact_mut(hours.max(1)).enumerate() {
+                let scale = sums[first + row % n].spread_of_replicates() as f32;
+                if scale != 1.0 {
+                    values.iter_mut().for_each(|v| *v *= scale);
+                }
+            }
+        }
         let replicates = deviations.as_ref().map_or(0, |d| d.rows() / n);
         let row = |r: usize, i: usize| deviations.as_ref().map_or(&[][..], |d| d.row(r * n + i));
         let scale = 1.0 / (replicates.max(2) as f64 * (replicates.max(2) - 1) as f64);
@@ -151,7 +161,7 @@ pub fn estimate(
             group_year(own)
         })
         .collect::<Vec<_>>();
-    let estimated = summarize(chain, lux, &standard_error, &groups, target);
+    let estimated = summarize(&chain.inputs.weather.steps(), chain.confidence_95(&sums), lux, &standard_error, &groups, target);
     Ok(YearErrors { standard_error, groups, estimated })
 }
 
@@ -188,14 +198,15 @@ fn group_year(sensors: &[Sensor]) -> GroupYear {
 }
 
 fn summarize(
-    chain: &Chain<'_>,
+    steps: &Steps,
+    confidence_95: f64,
     lux: &Matrix<f32>,
     standard_error: &Matrix<f32>,
     groups: &[GroupYear],
     target: Option<f64>,
 ) -> Option<EstimatedError> {
-    let relative = |e: &Estimated| (e.value > 0.0).then_some(e.standard_error / e.value);
-    let mut annual: Vec<f64> = groups.iter().flat_map(|g| &g.sensors).filter_map(|s| relative(&s.mean)).collect();
+    let relative = |s: &SensorYear| relative_error(s.mean.value, s.mean.standard_error);
+    let mut annual: Vec<f64> = groups.iter().flat_map(|g| &g.sensors).filter_map(relative).collect();
     let mut hourly: Vec<f32> = lux.data().iter().zip(standard_error.data()).filter(|(v, _)| **v > 0.0).map(|(v, e)| e / v).collect();
     let lit = (0..lux.cols()).into_par_iter().filter(|&h| (0..lux.rows()).any(|s| lux.at(s, h)[0] > 0.0)).count();
     if annual.is_empty() || hourly.is_empty() {
@@ -215,11 +226,17 @@ fn summarize(
         hourly_median,
         hourly_95th_percentile,
         sensors: lux.rows(),
-        hours: chain.inputs.weather.steps().hours(lit),
-        confidence_95: chain.confidence_95(),
+        hours: steps.hours(lit),
+        confidence_95,
         target,
         target_met: target.map(|t| annual_largest <= t),
     })
+}
+
+/// An illuminance with three decimals, or three digits where that would leave fewer: an error is never
+/// written as 0 unless it is.
+fn lux(value: f64) -> String {
+    if value == 0.0 || value.abs() >= 0.1 { format!("{value:.3}") } else { format!("{value:.2e}") }
 }
 
 /// Writes `illuminance/GROUP_annual.csv`: a sensor per line, every metric followed by its standard
@@ -239,7 +256,7 @@ pub fn write(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &Group
         .map_err(fault)?;
         for (i, (sensor, y)) in group.sensors.iter().zip(&year.sensors).enumerate() {
             let p = sensor.position;
-            write!(out, "{},{},{},{},{:.3},{:.3}", i + 1, p.x, p.y, p.z, y.mean.value, y.mean.standard_error).map_err(fault)?;
+            write!(out, "{},{},{},{},{},{}", i + 1, p.x, p.y, p.z, lux(y.mean.value), lux(y.mean.standard_error)).map_err(fault)?;
             for share in [y.autonomy, y.useful] {
                 write!(out, ",{:.5},{:.5}", share.value, share.standard_error).map_err(fault)?;
             }

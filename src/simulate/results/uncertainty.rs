@@ -22,7 +22,8 @@ use serde::Serialize;
 /// Standard errors relative to the values, as fractions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EstimatedError {
-    /// Of a sensor's sum over all hours: median over the sensors.
+    /// Of a sensor's sum over all hours: median over the sensors. Where the mean is below 0.1 lx, in relation
+    /// to that.
     pub annual_median: f64,
     /// The largest of them.
     pub annual_largest: f64,

@@ -223,11 +223,13 @@ fn eye_error(context: &Context<'_>, made: &Made<'_>, job: &ViewJob<'_>) -> Resul
     let rows = sums.rows() / batches;
     let row = |batch: usize| Matrix::from_data(1, sums.cols(), 3, sums.row(batch * rows).to_vec());
     let replicates = (0..batches).map(row).collect::<Result<Vec<_>>>()?;
-    let view = Estimate { straight: Vec::new(), replicates, rounds: 1, rays: 0 };
+    let view = Estimate { replicates, rounds: 1, ..Estimate::none() };
     let chain = Chain { inputs: context.inputs, view: &view, daylight: &made.sampled.daylight, sky: &made.skies.whole, sun: None };
     let Some(year) = chain.annual().into_iter().next().filter(|y| y.value > 0.0) else { return Ok(None) };
     let relative = |variance: f64| variance.sqrt() / year.value;
-    Ok(Some(EyeError { view: relative(year.by_source[0]), all: relative(year.by_source.iter().sum()) }))
+    // What rounds know beyond the replicates is about the sensors, or about all eyes.
+    let parts = year.by_replicates_of_source;
+    Ok(Some(EyeError { view: relative(parts[0]), all: relative(parts.iter().sum()) }))
 }
 
 fn warn_of_view(context: &Context<'_>, view: &ViewSection, error: Option<EyeError>, warnings: &mut Warnings) {

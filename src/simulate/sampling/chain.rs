@@ -5,7 +5,7 @@ use super::Judgement;
 use super::estimate::Estimate;
 use crate::matrix::Matrix;
 use crate::simulate::inputs::Inputs;
-use crate::statistics::{student_95, variance_of_mean};
+use crate::statistics::{student_95, upper_variance, variance_of_mean};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use rayon::prelude::*;
 
@@ -33,6 +33,28 @@ pub struct AnnualSum {
     pub variance: f64,
     /// The part of V in it, then that of each window's D.
     pub by_source: Vec<f64>,
+    /// What it and its parts would be by the replicates' spread alone; the same unless sampling was adaptive.
+    pub by_replicates: f64,
+    /// See `by_replicates`.
+    pub by_replicates_of_source: Vec<f64>,
+    /// Degrees of freedom of the variance.
+    pub degrees: f64,
+}
+
+impl AnnualSum {
+    /// By what the replicates' deviations are to be multiplied to spread as the variance says.
+    pub fn spread_of_replicates(&self) -> f64 {
+        if self.by_replicates > 0.0 { (self.variance / self.by_replicates).sqrt() } else { 1.0 }
+    }
+}
+
+/// A mean illuminance below this, lx, is dark: its error counts in relation to this. A room's dark corner, or
+/// what is behind a closed door, must not ask for a thousand times as many samples.
+pub const DARK: f64 = 0.1;
+
+/// The standard error of a mean illuminance in relation to it; nothing where there is no light.
+pub fn relative_error(mean: f64, standard_error: f64) -> Option<f64> {
+    (mean > 0.0).then(|| standard_error / mean.max(DARK))
 }
 
 type Light = Vec<[f64; 3]>;
@@ -43,9 +65,14 @@ impl Chain<'_> {
         self.daylight.iter().map(|d| d.replicates.len()).max().unwrap_or(1).max(self.view.replicates.len())
     }
 
-    /// The factor for 95 % confidence.
-    pub fn confidence_95(&self) -> f64 {
-        student_95(self.replicates() - 1)
+    /// The factor for 95 % confidence, for these sums or any of them.
+    pub fn confidence_95(&self, sums: &[AnnualSum]) -> f64 {
+        let degrees = sums.iter().map(|s| s.degrees).fold(f64::INFINITY, f64::min);
+        student_95(if degrees.is_finite() { degrees as usize } else { self.replicates() - 1 })
+    }
+
+    fn sources(&self) -> impl Iterator<Item = &Estimate> {
+        std::iter::once(self.view).chain(self.daylight)
     }
 
     /// The sums over all hours and their errors, exactly and for all sensors: the formula
@@ -109,17 +136,42 @@ impl Chain<'_> {
         let together: Vec<f64> = (0..self.replicates())
             .map(|r| std::iter::once(&by_view).chain(&by_daylight).map(|all| all.get(r).map_or(0.0, |v| v - mean(all))).sum())
             .collect();
-        let variance = |v: &[f64]| variance_of_mean(v.iter().copied());
-        let by_source = std::iter::once(&by_view).chain(&by_daylight).map(|v| variance(v)).collect();
-        AnnualSum { value, variance: variance(&together), by_source }
+        let spread = |v: &[f64]| variance_of_mean(v.iter().copied());
+        let by_replicates_of_source: Vec<f64> = std::iter::once(&by_view).chain(&by_daylight).map(|v| spread(v)).collect();
+        let by_replicates = spread(&together);
+        let few = (self.replicates().max(2) - 1) as f64;
+        let pooled = self.sources().any(|e| e.spread.rounds > 0);
+        let (mut by_source, mut variance, mut degrees) = (by_replicates_of_source.clone(), by_replicates, few);
+        if pooled {
+            let mut shares = 0.0;
+            for (own, source) in by_source.iter_mut().zip(self.sources()) {
+                *own = source.spread.variance(sensor).unwrap_or(*own);
+                let freedom = if source.spread.rounds > 0 { source.spread.degrees() } else { few };
+                shares += own.powi(2) / freedom;
+            }
+            variance = by_source.iter().sum();
+            // Satterthwaite 1946.
+            degrees = if shares > 0.0 { variance.powi(2) / shares } else { few };
+        }
+        AnnualSum { value, variance, by_source, by_replicates, by_replicates_of_source, degrees }
+    }
+
+    /// Of each sensor's sum, the squares of the deviations that the replicates of a source (0: V, then each D)
+    /// make.
+    pub fn squares(&self, source: usize) -> Vec<f64> {
+        let replicates = self.sources().nth(source).map_or(1, |e| e.replicates.len());
+        let scale = (replicates * (replicates - 1)) as f64;
+        self.annual().iter().map(|a| a.by_replicates_of_source[source] * scale).collect()
     }
 
     /// How good the year's sums are at the worst sensor.
     pub fn judge(&self) -> Judgement {
-        let none = Judgement { error: 0.0, variances: vec![0.0; self.daylight.len() + 1] };
-        let relative = |a: &AnnualSum| if a.value > 0.0 { a.variance.sqrt() / a.value } else { 0.0 };
-        let worst = self.annual().into_iter().max_by(|a, b| relative(a).total_cmp(&relative(b)));
-        worst.map_or(none, |a| Judgement { error: relative(&a), variances: a.by_source })
+        let none = Judgement { error: 0.0, at_most: 0.0, variances: vec![0.0; self.daylight.len() + 1] };
+        let hours = self.sky.cols() as f64;
+        let relative = |a: &AnnualSum| relative_error(a.value / hours, a.variance.sqrt() / hours).unwrap_or(0.0);
+        let at_most = |a: &AnnualSum| relative(a) * upper_variance(a.degrees).sqrt();
+        let worst = self.annual().into_iter().max_by(|a, b| at_most(a).total_cmp(&at_most(b)));
+        worst.map_or(none, |a| Judgement { error: relative(&a), at_most: at_most(&a), variances: a.by_source })
     }
 }
 

@@ -20,6 +20,43 @@ pub struct Estimate {
     pub rounds: u32,
     /// Rays so far.
     pub rays: u64,
+    /// How the values that are asked for spread within rounds; nothing unless sampling is adaptive.
+    pub spread: Spread,
+}
+
+/// How values that are computed from a matrix differ among the batches of each round. Every round adds to
+/// what is known of the error, while the number of replicates stays what it is: a decision to stop that
+/// only looked at these would be taken, time and again, when they happen to agree.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Spread {
+    /// Of each value, the squares of the batches' deviations from the mean of their round, summed over batches
+    /// and rounds.
+    pub squares: Vec<f32>,
+    /// Rounds that they come from.
+    pub rounds: u32,
+    /// Batches of a round.
+    pub batches: usize,
+}
+
+impl Spread {
+    /// Adds a round. Rounded to f32 each time, so that one read back from its file goes on to the same bits.
+    pub fn add(&mut self, squares: &[f64], batches: usize) {
+        self.squares.resize(squares.len(), 0.0);
+        self.squares.iter_mut().zip(squares).for_each(|(sum, new)| *sum = (f64::from(*sum) + new) as f32);
+        self.rounds += 1;
+        self.batches = batches;
+    }
+
+    /// Degrees of freedom.
+    pub fn degrees(&self) -> f64 {
+        f64::from(self.rounds) * (self.batches.max(1) - 1) as f64
+    }
+
+    /// Variance of the mean of all batches of all rounds; `None` if there is none.
+    pub fn variance(&self, value: usize) -> Option<f64> {
+        let squares = f64::from(*self.squares.get(value)?);
+        (self.rounds > 0).then(|| squares / (self.degrees() * self.batches as f64 * f64::from(self.rounds)))
+    }
 }
 
 impl From<Imported> for Estimate {
@@ -34,32 +71,37 @@ impl From<Imported> for Estimate {
 impl Estimate {
     /// Nothing yet.
     pub fn none() -> Self {
-        Self { replicates: Vec::new(), straight: Vec::new(), rounds: 0, rays: 0 }
+        Self { replicates: Vec::new(), straight: Vec::new(), rounds: 0, rays: 0, spread: Spread::default() }
     }
 
     /// A matrix that was not sampled, and its straight part.
     pub fn exact(total: Matrix<f32>, straight: Matrix<f32>) -> Self {
-        Self { replicates: vec![total], straight: vec![straight], rounds: 0, rays: 0 }
+        Self { replicates: vec![total], straight: vec![straight], ..Self::none() }
+    }
+
+    /// One round.
+    pub fn of_round(traced: TracedMatrix, keep_straight: bool) -> Self {
+        let (replicates, straight): (Vec<_>, Vec<_>) = traced.batches.into_iter().map(|b| (b.total, b.direct)).unzip();
+        let straight = if keep_straight { straight } else { vec![mean_of(&straight)] };
+        Self { replicates, straight, rounds: 1, rays: traced.statistics.segments, spread: Spread::default() }
     }
 
     /// Adds a round. Means are rounded to f32 after each, so that one read back from its file goes on
     /// to the same bits.
-    pub fn add(&mut self, traced: TracedMatrix, keep_straight: bool) {
-        let (totals, straight): (Vec<_>, Vec<_>) = traced.batches.into_iter().map(|b| (b.total, b.direct)).unzip();
-        let straight = if keep_straight { straight } else { vec![mean_of(&straight)] };
+    pub fn add(&mut self, round: Self) {
         if self.rounds == 0 {
-            (self.replicates, self.straight) = (totals, straight);
-        } else {
-            let n = f64::from(self.rounds);
-            let pairs = self.replicates.iter_mut().zip(&totals).chain(self.straight.iter_mut().zip(&straight));
-            for (mean, new) in pairs {
-                for (m, &v) in mean.data_mut().iter_mut().zip(new.data()) {
-                    *m = ((f64::from(*m) * n + f64::from(v)) / (n + 1.0)) as f32;
-                }
+            *self = round;
+            return;
+        }
+        let n = f64::from(self.rounds);
+        let pairs = self.replicates.iter_mut().zip(&round.replicates).chain(self.straight.iter_mut().zip(&round.straight));
+        for (mean, new) in pairs {
+            for (m, &v) in mean.data_mut().iter_mut().zip(new.data()) {
+                *m = ((f64::from(*m) * n + f64::from(v)) / (n + 1.0)) as f32;
             }
         }
         self.rounds += 1;
-        self.rays += traced.statistics.segments;
+        self.rays += round.rays;
     }
 
     /// The matrix.
@@ -105,7 +147,7 @@ impl Estimate {
             .map(|part| Matrix::from_data(rows, stacked.cols(), stacked.components(), part.to_vec()))
             .collect::<Result<Vec<_>>>()?;
         let straight = parts.split_off(parts.len().saturating_sub(straight));
-        Ok(Self { replicates: parts, straight, rounds, rays })
+        Ok(Self { replicates: parts, straight, rounds, rays, spread: Spread::default() })
     }
 }
 
@@ -138,16 +180,16 @@ mod tests {
     #[test]
     fn replicates_average_over_rounds_and_their_spread_is_the_error() {
         let mut e = Estimate::none();
-        e.add(traced([1.0, 3.0], [0.5, 0.7]), true);
+        e.add(Estimate::of_round(traced([1.0, 3.0], [0.5, 0.7]), true));
         assert_eq!((e.total().data(), e.standard_error().data()), (&[2.0][..], &[1.0][..]));
-        e.add(traced([5.0, 1.0], [0.5, 0.1]), true);
+        e.add(Estimate::of_round(traced([5.0, 1.0], [0.5, 0.1]), true));
         // Replicates 3 and 2.
         assert_eq!((e.total().data(), e.standard_error().data()), (&[2.5][..], &[0.5][..]));
         assert_eq!((e.direct().data(), e.rounds, e.rays), (&[0.45][..], 2, 40));
         let back = Estimate::unstacked(&e.stacked().unwrap(), 1, 2, 2, 40).unwrap();
         assert_eq!(back, e);
         let mut mean_only = Estimate::none();
-        mean_only.add(traced([1.0, 3.0], [0.5, 0.7]), false);
+        mean_only.add(Estimate::of_round(traced([1.0, 3.0], [0.5, 0.7]), false));
         assert_eq!((mean_only.straight.len(), mean_only.direct().data()), (1, &[0.6][..]));
     }
 
@@ -155,5 +197,16 @@ mod tests {
     fn what_is_exact_has_no_error() {
         let m = Matrix::from_data(1, 2, 1, vec![1.0, 2.0]).unwrap();
         assert_eq!(Estimate::exact(m.clone(), m).standard_error().data(), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn the_spread_within_rounds_gives_the_error_of_their_mean() {
+        // Two rounds of two batches: 1, 3 and 4, 8. Squares 2 and 8, two degrees of freedom, four batches.
+        let mut spread = Spread::default();
+        assert_eq!(spread.variance(0), None);
+        spread.add(&[2.0], 2);
+        assert_eq!(spread.variance(0), Some(1.0));
+        spread.add(&[8.0], 2);
+        assert_eq!((spread.variance(0), spread.degrees()), (Some(10.0 / 2.0 / 4.0), 2.0));
     }
 }

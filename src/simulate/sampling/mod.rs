@@ -4,10 +4,11 @@ pub mod chain;
 pub mod estimate;
 pub mod rounds;
 
-use self::estimate::Estimate;
+use self::estimate::{Estimate, Spread};
 use self::rounds::Part;
 use crate::error::Result;
 use crate::kernels::trace::TracedMatrix;
+use crate::matrix::Matrix;
 use crate::progress::Progress;
 use crate::simulate::project::quality::Stop;
 use crate::simulate::store::Store;
@@ -35,8 +36,21 @@ pub struct Source<'a> {
 pub struct Judgement {
     /// Relative standard error of what is asked for.
     pub error: f64,
+    /// What it is at most, as far as the samples tell (see [`upper_variance`](crate::statistics::upper_variance)):
+    /// sampling ends when this is no more than the target, not when an error of few degrees of freedom
+    /// happens to be.
+    pub at_most: f64,
     /// The variance that each source contributes where the error is largest.
     pub variances: Vec<f64>,
+}
+
+/// Tells how good estimates are.
+pub struct Judge<'a> {
+    /// Of all sources.
+    pub judge: &'a dyn Fn(&[Estimate]) -> Result<Judgement>,
+    /// Of each value asked for, the sum of the squares by which it differs among the replicates of the source of
+    /// this number.
+    pub squares: &'a dyn Fn(&[Estimate], usize) -> Vec<f64>,
 }
 
 /// Header key of a state: rounds of all sources when it was written.
@@ -64,7 +78,7 @@ pub fn sample(
     stop: Stop,
     store: &Store,
     progress: &dyn Progress,
-    judge: &dyn Fn(&[Estimate]) -> Result<Judgement>,
+    judge: &Judge<'_>,
 ) -> Result<(Vec<Estimate>, Vec<bool>)> {
     let mut state = State::load(sources, stop, store);
     let result = state.go_on(stop, store, progress, judge);
@@ -116,13 +130,7 @@ impl<'s, 'a> State<'s, 'a> {
         state
     }
 
-    fn go_on(
-        &mut self,
-        stop: Stop,
-        store: &Store,
-        progress: &dyn Progress,
-        judge: &dyn Fn(&[Estimate]) -> Result<Judgement>,
-    ) -> Result<()> {
+    fn go_on(&mut self, stop: Stop, store: &Store, progress: &dyn Progress, judge: &Judge<'_>) -> Result<()> {
         let open: Vec<usize> = (0..self.sources.len()).filter(|&i| self.sources[i].exact.is_none()).collect();
         let first = match stop {
             Stop::Rounds(rounds) => rounds,
@@ -131,10 +139,18 @@ impl<'s, 'a> State<'s, 'a> {
         for &i in &open {
             while self.estimates[i].rounds < first {
                 let part = Part::of(progress, self.estimates[i].rounds as usize, first as usize);
-                self.round(i, stop, store, &part)?;
+                self.round(i, None, stop, store, &part)?;
             }
         }
         let Stop::Adaptive { target, time, rounds } = stop else { return Ok(()) };
+        for &i in &open {
+            if self.estimates[i].spread.rounds == 0 {
+                let squares = (judge.squares)(&self.estimates, i);
+                let estimate = &mut self.estimates[i];
+                estimate.spread.add(&squares, estimate.replicates.len());
+                self.dirty[i] = true;
+            }
+        }
         let mut start: Option<f64> = None;
         for _ in 0..MOST_ROUNDS {
             let total: u32 = self.estimates.iter().map(|e| e.rounds).sum();
@@ -142,8 +158,8 @@ impl<'s, 'a> State<'s, 'a> {
             if over || open.is_empty() {
                 return Ok(());
             }
-            let judgement = judge(&self.estimates)?;
-            if target.is_some_and(|t| judgement.error <= t) {
+            let judgement = (judge.judge)(&self.estimates)?;
+            if target.is_some_and(|t| judgement.at_most <= t) {
                 return Ok(());
             }
             // One more of n rounds takes 1 / (n + 1) of the variance away, for the rays of a round.
@@ -157,26 +173,34 @@ impl<'s, 'a> State<'s, 'a> {
                 // Nothing that is sampled here can make it better.
                 return Ok(());
             }
-            let start = *start.get_or_insert(judgement.error);
+            let start = *start.get_or_insert(judgement.at_most);
             let stage = Telling {
                 whole: progress,
                 told: match target {
                     Some(t) => format!("standard error {:.2} %, target {:.2} %: ", 100.0 * judgement.error, 100.0 * t),
                     None => format!("standard error {:.2} %: ", 100.0 * judgement.error),
                 },
-                fraction: fraction_done(start, judgement.error, target, time.map(|t| self.seconds / t.as_secs_f64().max(1e-9))),
+                fraction: fraction_done(start, judgement.at_most, target, time.map(|t| self.seconds / t.as_secs_f64().max(1e-9))),
             };
-            self.round(best, stop, store, &stage)?;
+            self.round(best, Some(judge), stop, store, &stage)?;
         }
         Ok(())
     }
 
-    fn round(&mut self, i: usize, stop: Stop, store: &Store, progress: &dyn Progress) -> Result<()> {
+    fn round(&mut self, i: usize, judge: Option<&Judge<'_>>, stop: Stop, store: &Store, progress: &dyn Progress) -> Result<()> {
         let source = &self.sources[i];
         let clock = Instant::now();
         let traced = (source.trace)(self.estimates[i].rounds, progress)?;
         self.seconds += clock.elapsed().as_secs_f64();
-        self.estimates[i].add(traced, source.keep_straight);
+        let mut round = Estimate::of_round(traced, source.keep_straight);
+        if let Some(judge) = judge {
+            // With this round alone in the place of all.
+            std::mem::swap(&mut self.estimates[i], &mut round);
+            let squares = (judge.squares)(&self.estimates, i);
+            std::mem::swap(&mut self.estimates[i], &mut round);
+            self.estimates[i].spread.add(&squares, round.replicates.len());
+        }
+        self.estimates[i].add(round);
         (self.traced[i], self.dirty[i]) = (true, true);
         if self.last_save.elapsed() > SAVE_AFTER {
             self.save(stop, store)?;
@@ -198,6 +222,13 @@ impl<'s, 'a> State<'s, 'a> {
             }
             let about = "independent replicates, one below the other, then the same of the straight part";
             store.save_with(&file_name(&source.name), &estimate.stacked()?, source.inputs, about, &more)?;
+            let spread = &estimate.spread;
+            if spread.rounds > 0 {
+                let squares = Matrix::from_data(spread.squares.len(), 1, 1, spread.squares.clone())?;
+                let about = "squares by which the values asked for differ within rounds";
+                let more = [format!("{ROUNDS}={}", spread.rounds)];
+                store.save_with(&spread_name(&source.name), &squares, source.inputs, about, &more)?;
+            }
         }
         self.last_save = Instant::now();
         Ok(())
@@ -207,6 +238,18 @@ impl<'s, 'a> State<'s, 'a> {
 /// Name of the matrix file that holds the replicates.
 fn file_name(source: &str) -> String {
     format!("replicates_{source}")
+}
+
+/// Name of the file that holds the spread within rounds.
+fn spread_name(source: &str) -> String {
+    format!("spread_{source}")
+}
+
+/// The spread within so many rounds.
+fn load_spread(source: &Source<'_>, rounds: u32, batches: usize, store: &Store) -> Option<Spread> {
+    let file = store.load_file(&spread_name(&source.name), source.inputs)?;
+    let fits = file.value(ROUNDS)?.parse() == Ok(rounds);
+    fits.then(|| Spread { squares: file.matrix.data().to_vec(), rounds, batches })
 }
 
 /// A state that an earlier run left, the rounds of all sources it knew of, and its seconds. Nothing
@@ -229,7 +272,15 @@ fn load_one(source: &Source<'_>, number: usize, stop: Stop, store: &Store) -> Op
     let parts = m.rows().checked_div(rows)?;
     let sound = allowed && own > 0 && m.cols() == source.shape.1 && m.components() == 3 && m.rows() == parts * rows && parts >= 2;
     let straight = if source.keep_straight { parts / 2 } else { 1 };
-    let estimate = Estimate::unstacked(m, rows, straight, own, rays).ok()?;
+    let mut estimate = Estimate::unstacked(m, rows, straight, own, rays).ok()?;
+    if let Stop::Adaptive { .. } = stop {
+        match load_spread(source, own, estimate.replicates.len(), store) {
+            Some(spread) => estimate.spread = spread,
+            // Of the first round it follows from the replicates.
+            None if own == 1 => {}
+            None => return None,
+        }
+    }
     sound.then_some((estimate, rounds, seconds))
 }
 
@@ -256,5 +307,7 @@ impl Progress for Telling<'_> {
     }
 }
 
+#[cfg(test)]
+mod coverage;
 #[cfg(test)]
 mod tests;

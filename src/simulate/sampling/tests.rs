@@ -41,9 +41,21 @@ fn sources<'a>(left: &'a AtomicU32) -> Vec<Source<'a>> {
 }
 
 fn judge(estimates: &[Estimate]) -> Result<Judgement> {
-    let variances: Vec<f64> = estimates.iter().map(|e| f64::from(e.standard_error().data()[0]).powi(2)).collect();
+    let of = |e: &Estimate| e.spread.variance(0).unwrap_or_else(|| f64::from(e.standard_error().data()[0]).powi(2));
+    let variances: Vec<f64> = estimates.iter().map(of).collect();
     let value: f64 = estimates.iter().map(|e| f64::from(e.total().data()[0])).sum();
-    Ok(Judgement { error: variances.iter().sum::<f64>().sqrt() / value, variances })
+    let error = variances.iter().sum::<f64>().sqrt() / value;
+    Ok(Judgement { error, at_most: error, variances })
+}
+
+fn squares(estimates: &[Estimate], source: usize) -> Vec<f64> {
+    let n = estimates[source].replicates.len() as f64;
+    vec![f64::from(estimates[source].standard_error().data()[0]).powi(2) * n * (n - 1.0)]
+}
+
+/// With this judgement.
+fn by(judge: &dyn Fn(&[Estimate]) -> Result<Judgement>) -> Judge<'_> {
+    Judge { judge, squares: &squares }
 }
 
 fn adaptive(target: f64) -> Stop {
@@ -58,7 +70,7 @@ fn store() -> (tempfile::TempDir, Store) {
 
 /// A run that is stopped after `rounds` rounds, if it takes so many.
 fn run(store: &Store, stop: Stop, rounds: u32) -> Result<(Vec<Estimate>, Vec<bool>)> {
-    sample(&sources(&AtomicU32::new(rounds)), stop, store, &Silent, &judge)
+    sample(&sources(&AtomicU32::new(rounds)), stop, store, &Silent, &by(&judge))
 }
 
 #[test]
@@ -133,7 +145,7 @@ fn fixed_rounds_go_on_too_and_exact_matrices_are_left_alone() {
     let mut all = sources(&left);
     let one = Matrix::from_data(1, 1, 3, vec![10.0f32; 3]).unwrap();
     all[1].exact = Some(Estimate::exact(one.clone(), one));
-    let (estimates, traced) = sample(&all, adaptive(0.005), &store_c, &Silent, &judge).unwrap();
+    let (estimates, traced) = sample(&all, adaptive(0.005), &store_c, &Silent, &by(&judge)).unwrap();
     assert!(estimates[0].rounds > 1 && estimates[1].rounds == 0 && traced == [true, false]);
 }
 
@@ -141,11 +153,11 @@ fn fixed_rounds_go_on_too_and_exact_matrices_are_left_alone() {
 fn what_cannot_be_improved_ends() {
     // An error that no source contributes to.
     let (_folder, store) = store();
-    let stuck = |estimates: &[Estimate]| Ok(Judgement { error: 1.0, variances: vec![0.0; estimates.len()] });
-    let (estimates, _) = sample(&sources(&AtomicU32::new(u32::MAX)), adaptive(0.01), &store, &Silent, &stuck).unwrap();
+    let stuck = |estimates: &[Estimate]| Ok(Judgement { error: 1.0, at_most: 1.0, variances: vec![0.0; estimates.len()] });
+    let (estimates, _) = sample(&sources(&AtomicU32::new(u32::MAX)), adaptive(0.01), &store, &Silent, &by(&stuck)).unwrap();
     assert!(estimates.iter().all(|e| e.rounds == 1));
     let failing = |_: &[Estimate]| -> Result<Judgement> { Err(Error::new("no device")) };
-    assert!(sample(&sources(&AtomicU32::new(u32::MAX)), adaptive(0.02), &store, &Silent, &failing).is_err());
+    assert!(sample(&sources(&AtomicU32::new(u32::MAX)), adaptive(0.02), &store, &Silent, &by(&failing)).is_err());
 }
 
 #[test]
@@ -167,7 +179,7 @@ fn progress_tells_the_error_as_it_falls() {
             trace(round, progress)
         });
     }
-    sample(&all, adaptive(0.003), &store, &told, &judge).unwrap();
+    sample(&all, adaptive(0.003), &store, &told, &by(&judge)).unwrap();
     let told = told.0.into_inner().unwrap();
     let errors: Vec<f64> = told.iter().filter_map(|t| t.strip_prefix("standard error ")?.split(' ').next()?.parse().ok()).collect();
     assert!(errors.len() > 3 && errors.first() > errors.last(), "{told:?}");

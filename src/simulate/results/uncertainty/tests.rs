@@ -33,7 +33,7 @@ fn estimate(batches: &[TracedBatch]) -> Estimate {
     let mut estimate = Estimate::none();
     let statistics = TraceStatistics::default();
     let (total, direct) = (none.clone(), none.clone());
-    estimate.add(TracedMatrix { total, direct, standard_error: none, batches: batches.to_vec(), statistics }, true);
+    estimate.add(Estimate::of_round(TracedMatrix { total, direct, standard_error: none, batches: batches.to_vec(), statistics }, true));
     estimate
 }
 
@@ -200,8 +200,9 @@ fn intervals_of_95_percent_hold_the_converged_value_in_93_to_97_percent_of_cases
     for (v, d) in view.chunks_exact(8).zip(daylight.chunks_exact(8)) {
         let (v, d) = (estimate(v), vec![estimate(d)]);
         let chain = Chain { inputs: &inputs, view: &v, daylight: &d, sky: &sky, sun: None };
-        let factor = chain.confidence_95();
-        for (sum, truth) in chain.annual().iter().zip(&year) {
+        let sums = chain.annual();
+        let factor = chain.confidence_95(&sums);
+        for (sum, truth) in sums.iter().zip(&year) {
             annual.count(sum.value - truth, factor * sum.variance.sqrt());
             without_view.count(sum.value - truth, factor * sum.by_source[1].sqrt());
             relative_error += sum.variance.sqrt() / truth;
