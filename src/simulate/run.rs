@@ -10,7 +10,7 @@ use super::method::Choice;
 use super::project::Project;
 use super::results::{self, Content};
 use super::store::Store;
-use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary};
+use super::summary::{DeviceSummary, MatrixSummary, Seconds, SensorSummary, Summary, ViewSummary, spatial_autonomy_means};
 use super::suns::SunCensus;
 use super::uncertainty::EstimatedError;
 use crate::error::{Error, Result, Warnings};
@@ -318,8 +318,9 @@ impl<'a> Run<'a> {
                 count: group.sensors.len(),
                 mean_illuminance_lx: year.mean.value,
                 mean_illuminance_standard_error_lx: year.mean.standard_error,
-                spatial_autonomy: year.spatial_autonomy.value,
-                spatial_autonomy_standard_error: year.spatial_autonomy.standard_error,
+                spatial_autonomy: year.spatial_autonomy.map(|s| s.value),
+                spatial_autonomy_standard_error: year.spatial_autonomy.map(|s| s.standard_error),
+                spatial_autonomy_means: spatial_autonomy_means(year.facing_up, group.sensors.len()),
             });
         }
         Ok(sensors)

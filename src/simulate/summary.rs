@@ -93,10 +93,22 @@ pub struct SensorSummary {
     pub mean_illuminance_lx: f64,
     /// Its standard error, lux.
     pub mean_illuminance_standard_error_lx: f64,
-    /// sDA300/50 %: share of the sensors that have 300 lx in at least half of the hours from 8 to 18.
-    pub spatial_autonomy: f64,
+    /// Share of the sensors facing up that have 300 lx in at least half of the hours from 8 to 18,
+    /// the façade as computed; absent if no sensor faces up. Not LM-83's sDA, which moves blinds.
+    pub spatial_autonomy: Option<f64>,
     /// Its standard error.
-    pub spatial_autonomy_standard_error: f64,
+    pub spatial_autonomy_standard_error: Option<f64>,
+    /// The same in words, for who reads the file.
+    pub spatial_autonomy_means: String,
+}
+
+/// What [`SensorSummary::spatial_autonomy`] of a group is.
+pub(super) fn spatial_autonomy_means(facing_up: usize, count: usize) -> String {
+    if facing_up == 0 {
+        return "no sensor faces up, so that there is no share of a plan".into();
+    }
+    let of = if facing_up == count { format!("the {count} sensors") } else { format!("those {facing_up} of the {count} sensors that face up") };
+    format!("share of {of} with DA300 of at least 50 % (8:00 to 18:00 every day), without blinds: LM-83's sDA moves blinds")
 }
 
 /// One view.
