@@ -107,7 +107,8 @@ pub(super) fn spatial_autonomy_means(facing_up: usize, count: usize) -> String {
     if facing_up == 0 {
         return "no sensor faces up, so that there is no share of a plan".into();
     }
-    let of = if facing_up == count { format!("the {count} sensors") } else { format!("those {facing_up} of the {count} sensors that face up") };
+    let of =
+        if facing_up == count { format!("the {count} sensors") } else { format!("those {facing_up} of the {count} sensors that face up") };
     format!("share of {of} with DA300 of at least 50 % (8:00 to 18:00 every day), without blinds: LM-83's sDA moves blinds")
 }
 
