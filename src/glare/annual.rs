@@ -19,7 +19,10 @@ pub enum GlareClass {
 }
 
 impl GlareClass {
-    /// The class of a DGP.
+    /// All classes, the lowest DGP first.
+    pub const ALL: [Self; 4] = [Self::Imperceptible, Self::Perceptible, Self::Disturbing, Self::Intolerable];
+
+    /// The class of a DGP; a limit belongs to the class below it.
     pub fn of(dgp: f64) -> Self {
         match CLASS_LIMITS.iter().position(|&limit| dgp <= limit) {
             Some(0) => Self::Imperceptible,
@@ -37,6 +40,11 @@ impl GlareClass {
             Self::Disturbing => "disturbing",
             Self::Intolerable => "intolerable",
         }
+    }
+
+    /// The class that a file names.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|class| class.name() == name)
     }
 }
 
@@ -149,7 +157,9 @@ mod tests {
         ] {
             assert_eq!(GlareClass::of(dgp), class);
             assert_eq!(GlareProtection::of(dgp), protection);
+            assert_eq!(GlareClass::from_name(class.name()), Some(class));
         }
+        assert_eq!(GlareClass::from_name("x"), None);
     }
 
     #[test]

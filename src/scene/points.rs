@@ -15,6 +15,20 @@ pub struct Sensor {
     pub line: usize,
 }
 
+impl Sensor {
+    /// Whether it measures a horizontal plane from above, as the sensors of a work plane do: the
+    /// direction is at most 1° from upwards.
+    pub fn faces_up(&self) -> bool {
+        faces_up(self.direction)
+    }
+}
+
+/// Whether a direction of unit length is at most 1° from upwards; see [`Sensor::faces_up`].
+pub fn faces_up(direction: DVec3) -> bool {
+    // Not by the cosine: 1 − cos 1° is small beside the rounding of short directions in files.
+    direction.z > 0.0 && direction.truncate().length() <= 1f64.to_radians().sin()
+}
+
 /// Reads a points file: a line `x y z dx dy dz` per sensor, as for `rtrace -I`. Empty lines and
 /// lines that begin with `#` are skipped. Directions may have any length but zero.
 ///
@@ -85,6 +99,13 @@ mod tests {
         assert_eq!(s.len(), 2);
         assert_eq!(s[0], Sensor { position: DVec3::new(1., 2., 3.), direction: DVec3::Z, line: 2 });
         assert_eq!(s[1], Sensor { position: DVec3::new(-10., 0.5, 0.), direction: DVec3::X, line: 4 });
+    }
+
+    #[test]
+    fn sensors_of_a_work_plane_face_up_and_those_of_eyes_and_ceilings_do_not() {
+        let s = parse_points(b"0 0 0 0 0 2\n0 0 0 0.0001 0 1\n0 0 0 0.0174 0 1\n0 0 0 0 0.0176 1\n0 0 0 0 1 0\n0 0 0 0 0 -1\n").unwrap();
+        let found: Vec<bool> = s.iter().map(Sensor::faces_up).collect();
+        assert_eq!(found, [true, true, true, false, false, false]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The window: menu, tabs, messages, and what happens to files and keys.
 
-use crate::args::{Args, PanelKind, ThemeChoice};
+use crate::args::{Args, PanelKind, Size, ThemeChoice, window_size};
 use crate::bsdf::BsdfPanel;
 use crate::grid::GridPanel;
 use crate::help;
@@ -84,6 +84,8 @@ pub struct App {
     pub(crate) help: bool,
     pub(crate) panel_wanted: Option<PanelKind>,
     pub(crate) hour_wanted: Option<usize>,
+    /// Size that the window shall have once it is there.
+    size_wanted: Option<Size>,
 }
 
 impl App {
@@ -99,8 +101,10 @@ impl App {
             _ => egui::ThemePreference::System,
         };
         ctx.set_theme(theme);
-        if remembered.zoom > 0.0 {
-            ctx.set_zoom_factor(remembered.zoom.clamp(0.5, 4.0));
+        // Pixels of a screenshot are as large as asked for; those of a screen have a size of their own.
+        let zoom = args.scale.or((remembered.zoom > 0.0).then_some(remembered.zoom));
+        if let Some(zoom) = zoom.filter(|_| args.screenshot.is_none()) {
+            ctx.set_zoom_factor(zoom.clamp(0.5, 4.0));
         }
         let mut views = Views::default();
         if let Ok(palette) = Palette::from_name(&remembered.palette) {
@@ -130,6 +134,7 @@ impl App {
             help: false,
             panel_wanted: args.panel,
             hour_wanted: args.hour,
+            size_wanted: args.size,
         };
         let again = app.remembered.recent.first().filter(|p| args.files.is_empty() && p.exists()).cloned();
         app.waiting = if args.files.is_empty() { again.into_iter().collect() } else { args.files.clone() };
@@ -173,7 +178,7 @@ impl App {
         let ctx = ui.ctx().clone();
         self.take_files(&ctx);
         let mut out = Outbox::default();
-        if self.saving.is_none() && self.path_field.is_none() {
+        if self.takes_keys(&ctx) {
             self.shortcuts(ui);
         }
         egui::Panel::top("menu").show(ui, |ui| self.menu(ui));
@@ -197,8 +202,18 @@ impl App {
         }
     }
 
+    /// Whether keys are shortcuts: not while something is typed, and not while a list or menu is open.
+    fn takes_keys(&self, ctx: &egui::Context) -> bool {
+        let asks = self.saving.is_some() || self.path_field.is_some();
+        !asks && !ctx.egui_wants_keyboard_input() && !egui::Popup::is_any_open(ctx)
+    }
+
     fn panel(&mut self, ui: &mut egui::Ui, out: &mut Outbox) {
-        let keys = !self.help && !ui.ctx().egui_wants_keyboard_input();
+        // Asked again: a shortcut of this frame may have opened a field.
+        let keys = !self.help && self.takes_keys(ui.ctx());
+        if let Some(results) = &self.results {
+            self.year.follow_facade(ui.ctx(), &mut self.views.year, results);
+        }
         match self.views.panel {
             PanelKind::Bsdf => {
                 if keys {
@@ -223,7 +238,8 @@ impl App {
                 if keys && let Some(results) = &self.results {
                     self.grid.keys(ui, &mut self.views.grid, results, hour);
                 }
-                self.grid.show(ui, &mut self.views.grid, self.results.as_ref(), hour);
+                let lux = self.results.as_ref().map(|r| self.year.lux(r, &self.views.year.fractions)).unwrap_or_default();
+                self.grid.show(ui, &mut self.views.grid, self.results.as_ref(), &lux, hour);
             }
         }
     }
@@ -297,7 +313,8 @@ impl App {
 
     fn shortcuts(&mut self, ui: &egui::Ui) {
         let ctx = ui.ctx();
-        let command = |key: Key| ctx.input_mut(|i| i.consume_shortcut(&KeyboardShortcut::new(Modifiers::COMMAND, key)));
+        // Ctrl with Alt types letters on many keyboards.
+        let command = |key: Key| ctx.input_mut(|i| !i.modifiers.alt && i.consume_shortcut(&KeyboardShortcut::new(Modifiers::COMMAND, key)));
         if command(Key::O) {
             self.path_field = Some(String::new());
         }
@@ -316,11 +333,20 @@ impl App {
             self.set_theme(ctx, !ui.visuals().dark_mode);
         }
         let asked = ctx.input(|i| i.key_pressed(Key::F1) || i.key_pressed(Key::Questionmark));
-        if asked && !ctx.egui_wants_keyboard_input() {
+        if asked {
             self.help = !self.help;
         }
         if ctx.input(|i| i.key_pressed(Key::Escape)) && !self.help {
             self.messages.clear();
+        }
+    }
+
+    /// Makes the window as many pixels large as was asked for: only an open window knows its screen.
+    pub(crate) fn fit_window(&mut self, ctx: &egui::Context) {
+        if let Some(Size([w, h])) = self.size_wanted.take() {
+            let points = egui::vec2(w as f32, h as f32) / ctx.pixels_per_point();
+            ctx.send_viewport_cmd(egui::ViewportCommand::MinInnerSize(points.min(egui::vec2(640.0, 480.0) / ctx.zoom_factor())));
+            ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(points));
         }
     }
 
@@ -371,9 +397,11 @@ fn style(ctx: &egui::Context) {
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.fit_window(ui.ctx());
         self.frame(ui);
-        self.remembered.zoom = ui.ctx().zoom_factor();
-        let size = ui.ctx().content_rect().size();
+        let zoom = ui.ctx().zoom_factor();
+        self.remembered.zoom = zoom;
+        let size = ui.ctx().content_rect().size() * zoom;
         self.remembered.window = Some([size.x, size.y]);
     }
 
@@ -386,11 +414,9 @@ impl eframe::App for App {
 pub fn run_window(args: &Args) -> Result<(), String> {
     let remember_at = Remembered::path();
     let known = remember_at.as_deref().map(Remembered::read).and_then(|r| r.window);
-    let [w, h] = known.unwrap_or([args.size.0[0] as f32, args.size.0[1] as f32]);
+    let [first, least] = window_size(args.size, known);
     let options = eframe::NativeOptions {
-        viewport: egui::ViewportBuilder::default()
-            .with_inner_size([w.clamp(640.0, 4000.0), h.clamp(480.0, 3000.0)])
-            .with_min_inner_size([640.0, 480.0]),
+        viewport: egui::ViewportBuilder::default().with_inner_size(first).with_min_inner_size(least),
         ..Default::default()
     };
     let args = args.clone();

@@ -25,12 +25,12 @@ pub struct Args {
     /// Write a picture of the window to this PNG file and end; needs no window system.
     #[arg(long, value_name = "PNG")]
     pub screenshot: Option<PathBuf>,
-    /// Size of the picture or window, pixels.
-    #[arg(long, default_value = "1280x800", value_parser = parse_size)]
-    pub size: Size,
-    /// Enlargement of text and controls (for fine screens 2).
-    #[arg(long, default_value_t = 1.0, value_parser = parse_enlargement)]
-    pub scale: f32,
+    /// Size of the picture or window, pixels [default: 1280x800; for the window that of last time].
+    #[arg(long, value_parser = parse_size)]
+    pub size: Option<Size>,
+    /// Enlargement of text and controls, for fine screens 2 [default: 1; for the window that of last time].
+    #[arg(long, value_parser = parse_enlargement)]
+    pub scale: Option<f32>,
     /// Dark or light window.
     #[arg(long, value_enum)]
     pub theme: Option<ThemeChoice>,
@@ -84,6 +84,22 @@ impl Default for Size {
     }
 }
 
+/// Sizes of a new window, points of the screen: the first one, and the least. What the command line
+/// asks for counts more than what is remembered.
+pub fn window_size(asked: Option<Size>, remembered: Option<[f32; 2]>) -> [[f32; 2]; 2] {
+    const LEAST: [f32; 2] = [640.0, 480.0];
+    match asked {
+        Some(Size(size)) => {
+            let [w, h] = size.map(|n| n as f32);
+            [[w, h], [w.min(LEAST[0]), h.min(LEAST[1])]]
+        }
+        None => {
+            let [w, h] = remembered.unwrap_or(Size::default().0.map(|n| n as f32));
+            [[w.clamp(LEAST[0], 4000.0), h.clamp(LEAST[1], 3000.0)], LEAST]
+        }
+    }
+}
+
 fn parse_size(text: &str) -> Result<Size, String> {
     let numbers: Vec<u32> = text.split(['x', 'X', '×']).filter_map(|n| n.trim().parse().ok()).collect();
     match numbers[..] {
@@ -108,6 +124,17 @@ mod tests {
         assert_eq!(parse_size("1280x800"), Ok(Size([1280, 800])));
         assert!(parse_size("12").is_err() && parse_size("10x10").is_err());
         let args = Args::try_parse_from("v out/ --panel year --hour 1929 --screenshot year.png --size 640x480".split(' ')).unwrap();
-        assert_eq!((args.panel, args.hour, args.size), (Some(PanelKind::Year), Some(1929), Size([640, 480])));
+        assert_eq!((args.panel, args.hour, args.size), (Some(PanelKind::Year), Some(1929), Some(Size([640, 480]))));
+        assert!(Args::try_parse_from("v --scale 9".split(' ')).is_err());
+    }
+
+    #[test]
+    fn a_size_that_was_asked_for_counts_more_than_the_remembered_one() {
+        let remembered = Some([900.0, 700.0]);
+        assert_eq!(window_size(Some(Size([400, 300])), remembered), [[400.0, 300.0], [400.0, 300.0]]);
+        assert_eq!(window_size(Some(Size([1920, 1080])), remembered), [[1920.0, 1080.0], [640.0, 480.0]]);
+        assert_eq!(window_size(None, remembered)[0], [900.0, 700.0]);
+        assert_eq!(window_size(None, None)[0], [1280.0, 800.0]);
+        assert_eq!(window_size(None, Some([10.0, 1e9]))[0], [640.0, 3000.0]);
     }
 }

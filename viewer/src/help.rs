@@ -18,7 +18,8 @@ const YEAR: &[(&str, &str)] = &[
     ("↑ ↓", "the same hour of the day before, after"),
     ("Home, End", "first and last hour of the year"),
     ("W", "worst glare hour"),
-    ("M", "brightest hour of the carpet"),
+    ("N, P", "next and previous of the worst glare hours"),
+    ("M", "highest hour of the carpet"),
     ("Space", "play the day, stop"),
     ("L", "linear or logarithmic colours of the picture"),
 ];

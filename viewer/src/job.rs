@@ -34,6 +34,7 @@ impl<T: Send + 'static> Job<T> {
 /// A value that is computed in the background whenever its key changes; the last one stays visible
 /// until the next is ready.
 pub struct Derived<K, T> {
+    asked: Option<K>,
     wanted: Option<K>,
     job: Option<Job<T>>,
     value: Option<(K, T)>,
@@ -41,7 +42,7 @@ pub struct Derived<K, T> {
 
 impl<K, T> Default for Derived<K, T> {
     fn default() -> Self {
-        Self { wanted: None, job: None, value: None }
+        Self { asked: None, wanted: None, job: None, value: None }
     }
 }
 
@@ -55,23 +56,50 @@ impl<K: PartialEq + Clone, T: Send + 'static> Derived<K, T> {
             }
         }
         if self.wanted.as_ref() != Some(&key) && self.job.is_none() {
-            self.wanted = Some(key);
+            self.wanted = Some(key.clone());
             self.job = Some(Job::start(ctx, work()));
         }
+        self.asked = Some(key);
     }
 
-    /// The newest value, which may belong to an earlier key.
-    pub fn value(&self) -> Option<&T> {
+    /// The value of the key asked for last, if it is ready.
+    pub fn current(&self) -> Option<&T> {
+        self.value.as_ref().filter(|(k, _)| Some(k) == self.asked.as_ref()).map(|(_, v)| v)
+    }
+
+    /// The newest value, which may belong to an earlier key: whoever shows it says so.
+    pub fn newest(&self) -> Option<&T> {
         self.value.as_ref().map(|(_, v)| v)
-    }
-
-    /// The value of this very key.
-    pub fn value_of(&self, key: &K) -> Option<&T> {
-        self.value.as_ref().filter(|(k, _)| k == key).map(|(_, v)| v)
     }
 
     /// Whether work is under way.
     pub fn busy(&self) -> bool {
         self.job.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_of_an_earlier_key_is_not_the_current_one() {
+        let ctx = egui::Context::default();
+        let mut derived = Derived::default();
+        let settle = |derived: &mut Derived<u32, u32>, key: u32| {
+            derived.update(&ctx, key, || move || key * 10);
+            while derived.busy() {
+                std::thread::sleep(std::time::Duration::from_millis(1));
+                derived.update(&ctx, key, || move || key * 10);
+            }
+        };
+        settle(&mut derived, 1);
+        assert_eq!((derived.current(), derived.newest()), (Some(&10), Some(&10)));
+        let (go, wait) = channel::<()>();
+        derived.update(&ctx, 2, || move || wait.recv().map_or(0, |()| 20));
+        assert_eq!((derived.current(), derived.newest()), (None, Some(&10)));
+        go.send(()).unwrap();
+        settle(&mut derived, 2);
+        assert_eq!(derived.current(), Some(&20));
     }
 }

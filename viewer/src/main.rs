@@ -12,6 +12,7 @@ mod grid;
 mod help;
 mod history;
 mod job;
+mod list;
 mod menu;
 mod offscreen;
 mod open;

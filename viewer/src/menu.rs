@@ -87,8 +87,10 @@ impl App {
         egui::Modal::new(egui::Id::unique("open")).show(ctx, |ui| {
             ui.heading("Open");
             ui.label("Path of a result folder, a BSDF (.xml), a picture (.hdr, .exr) or a matrix (.mtx); or drop it on the window.");
-            let field = ui.add(egui::TextEdit::singleline(&mut text).desired_width(520.0).hint_text("out/office"));
-            field.request_focus();
+            let id = egui::Id::unique("open-path");
+            // Before it is there, so that the first letters are not lost.
+            ui.memory_mut(|m| m.request_focus(id));
+            ui.add(egui::TextEdit::singleline(&mut text).id(id).desired_width(520.0).hint_text("out/office"));
             for name in completions(&text) {
                 if ui.selectable_label(false, &name).clicked() {
                     text = name;

@@ -182,6 +182,27 @@ impl Offscreen {
         found
     }
 
+    /// What the last frame asked of the window.
+    #[cfg(test)]
+    pub fn commands(&self) -> Vec<egui::ViewportCommand> {
+        let outputs = self.output.iter().filter_map(|o| o.viewport_output.get(&egui::ViewportId::ROOT));
+        outputs.flat_map(|o| o.commands.clone()).collect()
+    }
+
+    /// Keys that write a text, all in one frame: as a fast hand or a pasting tool sends them.
+    #[cfg(test)]
+    pub fn write(&mut self, app: &mut App, text: &str) {
+        for letter in text.chars() {
+            if let Some(key) = egui::Key::from_name(&letter.to_uppercase().to_string()) {
+                for pressed in [true, false] {
+                    self.send(Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: egui::Modifiers::NONE });
+                }
+            }
+            self.send(Event::Text(letter.into()));
+        }
+        self.frame(app);
+    }
+
     /// A click: the pointer comes, presses and lets go, a frame each.
     #[cfg(test)]
     pub fn click(&mut self, app: &mut App, pos: egui::Pos2) {
@@ -218,14 +239,15 @@ impl Offscreen {
 
 /// `--screenshot`.
 pub fn screenshot(args: &Args, path: &Path) -> Result<()> {
-    let mut window = Offscreen::new(args.size.0, args.scale);
+    let size = args.size.unwrap_or_default().0;
+    let mut window = Offscreen::new(size, args.scale.unwrap_or(1.0));
     let mut app = App::new(window.ctx(), args, None);
     window.settle(&mut app)?;
     if let Some(message) = app.first_error() {
         return Err(Error::new(message));
     }
     let pixels = window.pixels()?;
-    write_png(path, args.size.0, &pixels)
+    write_png(path, size, &pixels)
 }
 
 /// Writes opaque pixels as small as PNG allows.

@@ -110,6 +110,17 @@ pub fn halo_text(painter: &egui::Painter, at: Pos2, anchor: Align2, text: &str, 
     painter.text(at, anchor, text, FontId::proportional(size), Color32::WHITE);
 }
 
+/// Dims what is shown in place of something else, and says what it is.
+pub fn veil(ui: &egui::Ui, rect: Rect, text: &str) {
+    let fill = ui.visuals().panel_fill;
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.rect_filled(rect, 0.0, Color32::from_rgba_unmultiplied(fill.r(), fill.g(), fill.b(), 170));
+    let text = painter.layout(text.to_string(), FontId::proportional(12.5), ui.visuals().strong_text_color(), rect.width() - 28.0);
+    let place = Rect::from_center_size(rect.center(), text.size() + vec2(16.0, 8.0));
+    painter.rect(place, 3.0, fill, Stroke::new(1.0, axis(ui)), egui::StrokeKind::Inside);
+    painter.galley(place.min + vec2(8.0, 4.0), text, Color32::PLACEHOLDER);
+}
+
 /// A value with as many digits as help: four after the point, or a power of ten where it is small
 /// or large.
 pub fn value_text(value: f64) -> String {

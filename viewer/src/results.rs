@@ -2,10 +2,12 @@
 
 use crate::year::model::Stamp;
 use glam::DVec3;
+use lucarne::glare::annual::GlareClass;
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
 use lucarne::matrix::rows::MatrixRows;
 use lucarne::scene::Scene;
+use lucarne::scene::points::faces_up;
 use lucarne::simulate::Project;
 use lucarne::weather::Weather;
 use lucarne::{Error, Result, Warnings};
@@ -32,6 +34,11 @@ impl Group {
     /// Number of sensors.
     pub fn len(&self) -> usize {
         self.lux.rows()
+    }
+
+    /// Whether a sensor measures the plan: it faces up, or nothing tells where it faces.
+    pub fn is_of_plan(&self, sensor: usize) -> bool {
+        self.directions.get(sensor).is_none_or(|d| faces_up(*d))
     }
 }
 
@@ -60,12 +67,11 @@ pub struct GlareYear {
     pub dgp: Vec<f64>,
     /// Its standard error; NaN where it is not known.
     pub error: Vec<f64>,
-    /// Class by hour, 0…3, NaN where none.
+    /// Class by hour as the table has it; its place in [`GlareClass::ALL`], NaN where there is none.
     pub class: Vec<f64>,
+    /// Illuminance at the eye by hour, lx; NaN where it is not known.
+    pub illuminance: Vec<f64>,
 }
-
-/// Names of the classes of DGP.
-pub const CLASSES: [&str; 4] = ["imperceptible", "perceptible", "disturbing", "intolerable"];
 
 /// A folder of results.
 pub struct Results {
@@ -286,9 +292,10 @@ fn read_hours(file: &Path, state: &str, hours: usize, notes: &mut Vec<String>) -
     let columns: Vec<&str> = lines.next()?.split(',').map(str::trim).collect();
     let column = |name: &str| columns.iter().position(|c| *c == name);
     let (hour, dgp, light) = (column("hour")?, column("dgp")?, column("ev_lux")?);
-    let error = column("dgp_standard_error");
+    let (error, class) = (column("dgp_standard_error"), column("class"));
     let name = file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let mut year = GlareYear { view: name + state, dgp: vec![f64::NAN; hours], error: vec![f64::NAN; hours], class: vec![f64::NAN; hours] };
+    let none = || vec![f64::NAN; hours];
+    let mut year = GlareYear { view: name + state, dgp: none(), error: none(), class: none(), illuminance: none() };
     // A row per time step: then the hour of the year in it only names the step.
     let whole = text.lines().count() == hours + 1;
     for (row, line) in lines.enumerate() {
@@ -301,7 +308,10 @@ fn read_hours(file: &Path, state: &str, hours: usize, notes: &mut Vec<String>) -
                 if lux > 0.0 {
                     year.dgp[h] = v;
                     year.error[h] = error.and_then(number).unwrap_or(f64::NAN);
-                    year.class[h] = class_of(v);
+                    // The table rounds DGP, its class is that of the unrounded one.
+                    let named = class.and_then(|c| GlareClass::from_name(words.get(c)?));
+                    year.class[h] = f64::from(named.unwrap_or_else(|| GlareClass::of(v)) as u8);
+                    year.illuminance[h] = lux;
                 }
             }
             _ => {
@@ -311,14 +321,6 @@ fn read_hours(file: &Path, state: &str, hours: usize, notes: &mut Vec<String>) -
         }
     }
     Some(year)
-}
-
-/// Class of a DGP, 0…3 of [`CLASSES`].
-pub fn class_of(dgp: f64) -> f64 {
-    if dgp.is_nan() {
-        return f64::NAN;
-    }
-    [0.35, 0.40, 0.45].iter().filter(|limit| dgp >= **limit).count() as f64
 }
 
 /// A result folder `out/NAME` of a checkout whose project is `scenes/NAME/project.toml`.
@@ -379,10 +381,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn classes_have_the_limits_of_dgp() {
-        let classes: Vec<f64> = [0.2, 0.35, 0.4, 0.449, 0.45, 1.0].map(class_of).to_vec();
-        assert_eq!(classes, [0.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
-        assert!(class_of(f64::NAN).is_nan());
+    fn classes_are_those_of_the_table_also_at_the_limits_of_dgp() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("glare")).unwrap();
+        let named = "hour,dgp,ev_lux,class\n0,0.350000,1,imperceptible\n1,0.350000,1,perceptible\n2,0.400000,1,perceptible\n\
+                     3,0.450000,1,disturbing\n4,0.450001,1,intolerable\n";
+        std::fs::write(folder.path().join("glare/named.csv"), named).unwrap();
+        let unnamed = "hour,dgp,ev_lux\n0,0.35,1\n1,0.3501,1\n2,0.4,1\n3,0.45,1\n4,1,1\n";
+        std::fs::write(folder.path().join("glare/unnamed.csv"), unnamed).unwrap();
+        for year in read_glare(folder.path(), 5, &mut Vec::new()) {
+            assert_eq!(year.class, [0.0, 1.0, 1.0, 2.0, 3.0], "{}", year.view);
+        }
     }
 
     #[test]
@@ -401,7 +410,18 @@ mod tests {
         assert!(glare[1].dgp[9].is_nan(), "there is no glare in the dark");
         assert_eq!((glare[0].dgp[8], glare[0].error[8], glare[0].class[8], glare[0].dgp[9]), (0.41, 0.001, 2.0, 0.2));
         assert!(glare[1].error[8].is_nan(), "this table does not tell");
+        assert_eq!((glare[0].illuminance[8], glare[1].illuminance[8]), (2000.0, 100.0));
         assert!(glare[0].dgp[0].is_nan());
+    }
+
+    #[test]
+    fn eyes_and_ceilings_are_not_of_the_plan() {
+        let lux = Arc::new(Matrix::zeros(3, 1, 1));
+        let directions = vec![DVec3::Z, DVec3::Y, DVec3::NEG_Z];
+        let mut group = Group { name: "desks".into(), positions: Vec::new(), directions, lux, error: None };
+        assert_eq!([0, 1, 2].map(|s| group.is_of_plan(s)), [true, false, false]);
+        group.directions.clear();
+        assert!(group.is_of_plan(1), "without the project nothing tells where they face");
     }
 
     #[test]

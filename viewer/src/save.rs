@@ -26,8 +26,10 @@ impl Saving {
         let mut open = true;
         egui::Modal::new(egui::Id::unique("save")).show(ctx, |ui| {
             ui.heading("Save as");
-            let field = ui.add(egui::TextEdit::singleline(&mut self.path).desired_width(460.0));
-            field.request_focus();
+            let id = egui::Id::unique("save-path");
+            // Before it is there, so that the first letters are not lost.
+            ui.memory_mut(|m| m.request_focus(id));
+            ui.add(egui::TextEdit::singleline(&mut self.path).id(id).desired_width(460.0));
             ui.add_space(6.0);
             ui.horizontal(|ui| {
                 let enter = ui.input(|i| i.key_pressed(egui::Key::Enter));

@@ -64,6 +64,7 @@ fn make_results() -> lucarne::Result<tempfile::TempDir> {
     }
     std::fs::write(folder.path().join("illuminance/desks.csv"), csv).unwrap();
     let lit = |h: usize| lux(0, h) / 1000.0;
+    write("matrices/V_desks.mtx", 6, 145, 3, &[], &|s, _| 0.01 * (s + 1) as f32)?;
     write("matrices/S.mtx", 146, 8760, 3, &[], &|p, h| lit(h) * if p == 0 { 0.1 } else { 1.0 })?;
     write("matrices/D_south.mtx", 145, 146, 3, &[], &|b, p| if b + 1 == p { 1.0 } else { 0.0 })?;
     write("matrices/T_south.mtx", 145, 145, 3, &[], &|o, i| if o == i { 0.5 } else { 0.0 })?;
@@ -202,6 +203,166 @@ fn a_bsdf_over_a_year_is_another_state_of_the_facade() {
     assert_eq!(app.first_error(), None);
     assert_eq!((app.views.panel, app.views.year.fractions.as_slice()), (PanelKind::Year, &[1.0][..]));
     assert!(shows(&window, "to double_clear.xml"));
+    // DGP stays that of the run: said beside header and carpet.
+    let said = "DGP: of the façade as computed, not with south 100 % double_clear.xml";
+    assert!(shows(&window, said) && shows(&window, "Daylight glare probability of desk (façade as computed)"), "{:?}", window.texts());
+    // Illuminance follows, in the carpet and on the grid.
+    app.views.year.quantity = crate::year::model::Quantity::Sensor(0, 5);
+    window.settle(&mut app).unwrap();
+    assert!(!shows(&window, "as computed)"), "{:?}", window.texts());
+    let results = app.results.clone().unwrap();
+    let (hour, stored) = (app.views.year.hour, f64::from(lux(5, app.views.year.hour)));
+    let found = f64::from(app.year.lux(&results, &[1.0]).lux.unwrap()[0].at(5, hour)[0]);
+    assert!((found / stored - 1.0).abs() > 0.1, "{found} {stored}");
+    let text = lucarne::image::palette::rounded_number(found);
+    assert!(shows(&window, &format!("{text} lx")), "{text} {:?}", window.texts());
+    (app.views.panel, app.views.grid.metric) = (PanelKind::Grid, crate::grid::model::Metric::Hour);
+    window.settle(&mut app).unwrap();
+    assert!(shows(&window, "The façade with south 100 % double_clear.xml: the Year panel's choice"), "{:?}", window.texts());
+    assert!(window.texts().iter().any(|(t, _)| *t == text), "{text} {:?}", window.texts());
+    // Half way: until it is computed the earlier state is dimmed and called so.
+    app.views.year.fractions = vec![0.5];
+    window.frame(&mut app);
+    let ready = app.year.lux(&results, &[0.5]).instead.is_none();
+    assert!(ready || shows(&window, "an earlier state of the façade; the new one is being computed"), "{:?}", window.texts());
+    window.settle(&mut app).unwrap();
+    assert!(!shows(&window, "an earlier state"));
+    // Back at the stored one.
+    app.views.year.fractions = vec![0.0];
+    window.settle(&mut app).unwrap();
+    assert!(!shows(&window, "The façade with") && shows(&window, "The façade as computed."));
+}
+
+#[test]
+fn a_state_that_cannot_be_computed_is_not_hidden() {
+    let folder = make_results().unwrap();
+    std::fs::remove_file(folder.path().join("matrices/V_desks.mtx")).unwrap();
+    let clear = scenes("office/bsdf/double_clear.xml");
+    let (mut window, mut app) = open(&[folder.path()], None);
+    app.open(&clear);
+    app.views.year.quantity = crate::year::model::Quantity::Mean(0);
+    window.settle(&mut app).unwrap();
+    assert!(shows(&window, "the façade as computed: its other state cannot be computed"), "{:?}", window.texts());
+    assert!(shows(&window, "V_desks.mtx"), "{:?}", window.texts());
+}
+
+#[test]
+fn of_many_hours_at_dgp_1_the_brightest_is_the_worst_and_the_next_follow() {
+    let folder = make_results().unwrap();
+    let lines: String = [(3000, 21_300), (3001, 34_035), (3002, 30_000), (3003, 25_000)]
+        .map(|(hour, ev)| {
+            format!(
+                "{hour},{},0,{ev},1,{}\n",
+                if hour == 3003 { 0.45 } else { 1.0 },
+                if hour == 3003 { "disturbing" } else { "intolerable" }
+            )
+        })
+        .concat();
+    std::fs::write(folder.path().join("glare/desk.csv"), format!("hour,dgp,dgp_standard_error,ev_lux,sources,class\n{lines}")).unwrap();
+    let (mut window, mut app) = open(&[folder.path()], None);
+    assert!(shows(&window, "no light; 3 hours at DGP 1.000, in order of Ev"), "{:?}", window.texts());
+    let mut go = |key: Key| {
+        window.key(&mut app, key, Modifiers::NONE);
+        app.views.year.hour
+    };
+    assert_eq!(go(Key::W), 3001);
+    assert_eq!([go(Key::N), go(Key::N), go(Key::N), go(Key::N)], [3002, 3000, 3003, 3003]);
+    window.frame(&mut app);
+    assert!(shows(&window, "DGP 0.450, disturbing") && shows(&window, "4 of 4;"), "{:?}", window.texts());
+    let mut go = |key: Key| {
+        window.key(&mut app, key, Modifiers::NONE);
+        app.views.year.hour
+    };
+    assert_eq!(go(Key::P), 3000);
+    assert_eq!([go(Key::Home), go(Key::M)], [0, 3001]);
+    let next = place(&window, "Next").center();
+    window.click(&mut app, next);
+    assert_eq!(app.views.year.hour, 3002);
+}
+
+#[test]
+fn a_picture_of_an_earlier_hour_is_called_so() {
+    let (mut window, mut app) = open(&[results()], None);
+    for hour in [1000, 1500, 2000, 2500, 3000] {
+        app.views.year.hour = hour;
+        window.frame(&mut app);
+        assert_eq!(shows(&window, "picture of "), !app.shows_hour(hour), "{:?}", window.texts());
+    }
+    window.settle(&mut app).unwrap();
+    assert!(!shows(&window, "picture of "));
+}
+
+#[test]
+fn what_is_typed_into_a_field_is_no_shortcut() {
+    let (mut window, mut app) = open(&[results()], None);
+    let before = app.views.clone();
+    let path = "wmlnp 3?/out";
+    // The first letters come before the field is there.
+    window.send(eframe::egui::Event::Key { key: Key::O, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::COMMAND });
+    window.write(&mut app, "w");
+    window.write(&mut app, path);
+    assert_eq!(app.path_field.as_deref(), Some(format!("w{path}").as_str()));
+    window.key(&mut app, Key::Num2, Modifiers::COMMAND);
+    window.key(&mut app, Key::ArrowDown, Modifiers::NONE);
+    assert!(app.views == before && !app.help, "nothing has changed");
+    window.key(&mut app, Key::Escape, Modifiers::NONE);
+    window.frame(&mut app);
+    assert_eq!(app.path_field, None);
+    // The field for another state of the façade.
+    let field = place(&window, "another state: BSDF file").center();
+    window.click(&mut app, field);
+    window.write(&mut app, path);
+    window.frame(&mut app);
+    assert!(shows(&window, path), "{:?} {:?}", window.ctx().memory(|m| m.focused()), window.texts());
+    window.key(&mut app, Key::Z, Modifiers::COMMAND);
+    window.key(&mut app, Key::D, Modifiers::COMMAND);
+    assert!(app.views == before && !app.help && !window.ctx().global_style().visuals.dark_mode, "nothing has changed");
+}
+
+#[test]
+fn keys_stay_in_an_open_list() {
+    let (mut window, mut app) = open(&[results()], None);
+    let hour = app.views.year.hour;
+    let list = place(&window, "Daylight glare probability of desk").center();
+    window.click(&mut app, list);
+    assert!(shows(&window, "Mean illuminance of desks"), "the list is open: {:?}", window.texts());
+    for (key, quantity) in [
+        (Key::ArrowDown, "Glare class of desk"),
+        (Key::ArrowDown, "Mean illuminance of desks"),
+        (Key::ArrowUp, "Glare class of desk"),
+        (Key::End, "Illuminance at desks 6"),
+        (Key::W, "Illuminance at desks 6"),
+    ] {
+        window.key(&mut app, key, Modifiers::NONE);
+        let results = app.results.clone().unwrap();
+        assert_eq!((app.views.year.quantity.name(&results), app.views.year.hour), (quantity.to_string(), hour), "{key:?}");
+    }
+    window.key(&mut app, Key::Enter, Modifiers::NONE);
+    window.frame(&mut app);
+    window.key(&mut app, Key::ArrowDown, Modifiers::NONE);
+    assert_eq!(app.views.year.hour, hour + 24, "the list is closed");
+}
+
+#[test]
+fn size_and_scale_of_the_command_line_count_more_than_those_of_last_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("viewer.json");
+    let last = crate::remember::Remembered { zoom: 1.5, window: Some([900.0, 700.0]), ..Default::default() };
+    last.write(&file);
+    let start = |args: Args| {
+        let mut window = Offscreen::new([800, 600], 1.0);
+        let mut app = App::new(window.ctx(), &args, Some(file.clone()));
+        window.frame(&mut app);
+        app.fit_window(window.ctx());
+        window.frame(&mut app);
+        (window.ctx().zoom_factor(), window.commands())
+    };
+    let (zoom, commands) = start(Args { size: Some(crate::args::Size([1000, 500])), scale: Some(2.0), ..Args::default() });
+    assert_eq!(zoom, 2.0);
+    let points = eframe::egui::vec2(500.0, 250.0);
+    assert!(commands.contains(&eframe::egui::ViewportCommand::InnerSize(points)), "{commands:?}");
+    let (zoom, commands) = start(Args::default());
+    assert!(zoom == 1.5 && commands.is_empty(), "{zoom} {commands:?}");
 }
 
 #[test]

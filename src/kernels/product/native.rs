@@ -6,7 +6,7 @@ use crate::gpu::check_finite;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Multiplies on the processor's vector units, by the crate `gemm`, on all cores.
+/// Multiplies on the processor's vector units, by the kernel of the crate `gemm`, on all cores.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Native;
 
@@ -119,29 +119,21 @@ fn block(rows: usize, columns: usize, terms: usize, a: &[f32], b: &[f32], target
     assert!(last(strides.left, rows, terms) < a.len() && last(strides.right, terms, columns) < b.len());
     // Strides of slices in memory fit an isize.
     let signed = |s: usize| s as isize;
+    let [m, k, n] = [rows, terms, columns];
+    let (a, b) = ((a.as_ptr(), strides.left.map(signed)), (b.as_ptr(), strides.right.map(signed)));
+    let [down, along] = strides.product.map(signed);
+    // The kernel fills columns: where rows are denser it computes the transpose, (B^T A^T)^T.
+    let ([m, n], [down, along], (a, [a_down, a_along]), (b, [b_down, b_along])) = if along < down {
+        let turned = |(from, [down, along]): (*const f32, [isize; 2])| (from, [along, down]);
+        ([n, m], [along, down], turned(b), turned(a))
+    } else {
+        ([m, n], [down, along], a, b)
+    };
     // SAFETY: the assertion above bounds every read; writes stay inside the product, since `multiply`
     // checked its length and blocks are cut from its rows and columns; blocks do not overlap.
     unsafe {
-        gemm::gemm(
-            rows,
-            columns,
-            terms,
-            target.0.add(offset),
-            signed(strides.product[1]),
-            signed(strides.product[0]),
-            false,
-            a.as_ptr(),
-            signed(strides.left[1]),
-            signed(strides.left[0]),
-            b.as_ptr(),
-            signed(strides.right[1]),
-            signed(strides.right[0]),
-            0.0,
-            1.0,
-            false,
-            false,
-            false,
-            gemm::Parallelism::None,
-        );
+        let (product, alone) = (target.0.add(offset), gemm_common::Parallelism::None);
+        let multiply = gemm_f32::gemm::f32::get_gemm_fn();
+        multiply(m, n, k, product, along, down, false, a, a_along, a_down, b, b_along, b_down, 0.0, 1.0, false, false, false, alone);
     }
 }

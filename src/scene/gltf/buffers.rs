@@ -24,9 +24,10 @@ impl Buffers {
                     let missing = || Error::new("the binary part of the file is missing").help("export the file again");
                     gltf.blob.clone().ok_or_else(missing).map_err(at)?
                 }
-                source @ Source::Uri(uri) if uri.starts_with("data:") => {
+                Source::Uri(uri) if uri.starts_with("data:") => {
                     let bad = |e| at(Error::new(format!("its data URI cannot be decoded: {e}")).help("export the file again"));
-                    gltf::buffer::Data::from_source(source, None).map_err(bad)?.0
+                    let text = uri.split_once(";base64,").map_or("", |(_, text)| text);
+                    base64::decode(text).map_err(bad)?
                 }
                 Source::Uri(uri) => {
                     files::read(&beside(file, uri).map_err(at)?).map_err(|e| e.field(format!("buffer {}", buffer.index())))?

@@ -38,8 +38,11 @@ pub struct GroupYear {
     pub sensors: Vec<SensorYear>,
     /// Mean over sensors and hours, lx.
     pub mean: Estimated,
-    /// sDA300/50 %: share of the sensors with an autonomy of at least a half.
-    pub spatial_autonomy: Estimated,
+    /// Of the sensors that face up, the share with an autonomy of at least a half; `None` if none
+    /// faces up. The façade stays as computed: LM-83's sDA300/50 % moves blinds and is lower or equal.
+    pub spatial_autonomy: Option<Estimated>,
+    /// Number of the sensors that face up.
+    pub facing_up: usize,
 }
 
 /// Errors of all hours, and the metrics of the year.
@@ -158,7 +161,8 @@ pub fn estimate(
         .map(|group| {
             let own = &sensors[first..first + group.sensors.len()];
             first += own.len();
-            group_year(own)
+            let faces_up: Vec<bool> = group.sensors.iter().map(crate::scene::points::Sensor::faces_up).collect();
+            group_year(own, &faces_up)
         })
         .collect::<Vec<_>>();
     let estimated = summarize(&chain.inputs.weather.steps(), chain.confidence_95(&sums), lux, &standard_error, &groups, target);
@@ -175,25 +179,29 @@ fn with_spread(value: f64, perturbed: impl Iterator<Item = f64>) -> Estimated {
     Estimated { value, standard_error: (squares / n.max(1.0)).sqrt() }
 }
 
-fn group_year(sensors: &[Sensor]) -> GroupYear {
+/// Metrics of a group. An eye's vertical sensor among desks has no part in the plan's share.
+fn group_year(sensors: &[Sensor], faces_up: &[bool]) -> GroupYear {
     let n = sensors.len().max(1) as f64;
     let replicates = sensors.first().map_or(0, |s| s.perturbed.len());
-    let over = |f: &dyn Fn(&[f64; 3]) -> f64| {
-        let all = |pick: &dyn Fn(&Sensor) -> [f64; 3]| sensors.iter().map(|s| f(&pick(s))).sum::<f64>() / n;
+    let over = |of: &[&Sensor], f: &dyn Fn(&[f64; 3]) -> f64| {
+        let all = |pick: &dyn Fn(&Sensor) -> [f64; 3]| of.iter().map(|s| f(&pick(s))).sum::<f64>() / of.len().max(1) as f64;
         with_spread(all(&|s| s.metrics), (0..replicates).map(|r| all(&|s| s.perturbed[r])))
     };
+    let everyone: Vec<&Sensor> = sensors.iter().collect();
+    let plan: Vec<&Sensor> = sensors.iter().zip(faces_up).filter(|(_, up)| **up).map(|(s, _)| s).collect();
     let sensor = |s: &Sensor| {
         let metric = |i: usize| with_spread(s.metrics[i], s.perturbed.iter().map(|p| p[i]));
         let mean = metric(0);
         SensorYear { mean: Estimated { standard_error: mean.standard_error.hypot(s.sun), ..mean }, autonomy: metric(1), useful: metric(2) }
     };
-    let mean = over(&|m| m[0]);
+    let mean = over(&everyone, &|m| m[0]);
     // As if the suns' errors were the same at all sensors: no less than they are.
     let sun = sensors.iter().map(|s| s.sun).sum::<f64>() / n;
     GroupYear {
         sensors: sensors.iter().map(sensor).collect(),
         mean: Estimated { standard_error: mean.standard_error.hypot(sun), ..mean },
-        spatial_autonomy: over(&|m| f64::from(u8::from(m[1] >= 0.5))),
+        spatial_autonomy: (!plan.is_empty()).then(|| over(&plan, &|m| f64::from(u8::from(m[1] >= 0.5)))),
+        facing_up: plan.len(),
     }
 }
 
@@ -264,4 +272,23 @@ pub fn write(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &Group
         }
         Ok(())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_vertical_sensor_has_no_part_in_the_plan_s_share() {
+        // 15 desks, 12 of them with 300 lx in half of the hours; the eye beside them has it, too.
+        let sensor = |autonomy: f64| Sensor { metrics: [400.0, autonomy, 0.5], perturbed: vec![[400.0, autonomy, 0.5]; 8], sun: 0.0 };
+        let sensors: Vec<Sensor> = (0..16).map(|i| sensor(if (12..15).contains(&i) { 0.49 } else { 0.5 })).collect();
+        let mut faces_up = [true; 16];
+        faces_up[15] = false;
+        let year = group_year(&sensors, &faces_up);
+        assert_eq!((year.facing_up, year.spatial_autonomy.unwrap().value), (15, 0.8));
+        assert_eq!((year.sensors.len(), year.mean.value), (16, 400.0), "the eye keeps its own metrics");
+        let eyes = group_year(&sensors, &[false; 16]);
+        assert_eq!((eyes.facing_up, eyes.spatial_autonomy), (0, None), "eyes alone have no plan");
+    }
 }

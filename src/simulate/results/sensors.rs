@@ -27,10 +27,23 @@ pub struct SensorSummary {
     pub mean_illuminance_lx: f64,
     /// Its standard error, lux.
     pub mean_illuminance_standard_error_lx: f64,
-    /// sDA300/50 %: share of the sensors that have 300 lx in at least half of the hours from 8 to 18.
-    pub spatial_autonomy: f64,
+    /// Share of the sensors facing up that have 300 lx in at least half of the hours from 8 to 18,
+    /// the façade as computed; absent if no sensor faces up. Not LM-83's sDA, which moves blinds.
+    pub spatial_autonomy: Option<f64>,
     /// Its standard error.
-    pub spatial_autonomy_standard_error: f64,
+    pub spatial_autonomy_standard_error: Option<f64>,
+    /// The same in words, for who reads the file.
+    pub spatial_autonomy_means: String,
+}
+
+/// What [`SensorSummary::spatial_autonomy`] of a group is.
+fn spatial_autonomy_means(facing_up: usize, count: usize) -> String {
+    if facing_up == 0 {
+        return "no sensor faces up, so that there is no share of a plan".into();
+    }
+    let of =
+        if facing_up == count { format!("the {count} sensors") } else { format!("those {facing_up} of the {count} sensors that face up") };
+    format!("share of {of} with DA300 of at least 50 % (8:00 to 18:00 every day), without blinds: LM-83's sDA moves blinds")
 }
 
 /// Illuminance of all sensors in all hours, `[sensor][hour]`, lx. Of five phases the three terms are
@@ -134,8 +147,9 @@ pub fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors, dark
             without_light: dark.iter().filter(|d| **d).count(),
             mean_illuminance_lx: year.mean.value,
             mean_illuminance_standard_error_lx: year.mean.standard_error,
-            spatial_autonomy: year.spatial_autonomy.value,
-            spatial_autonomy_standard_error: year.spatial_autonomy.standard_error,
+            spatial_autonomy: year.spatial_autonomy.map(|s| s.value),
+            spatial_autonomy_standard_error: year.spatial_autonomy.map(|s| s.standard_error),
+            spatial_autonomy_means: spatial_autonomy_means(year.facing_up, group.sensors.len()),
         });
     }
     Ok(sensors)

@@ -2,6 +2,7 @@
 
 use super::disc::{Disc, full_circle, limits, middle};
 use super::model::View;
+use crate::list::choose;
 use crate::plot;
 use eframe::egui::{self, Align2, Color32, FontId, Rect, RichText, Stroke, pos2, vec2};
 use lucarne::bins::AngleBasis;
@@ -14,11 +15,8 @@ pub fn heading(ui: &mut egui::Ui, text: &str) {
 
 /// Chooses a palette.
 pub fn palette_choice(ui: &mut egui::Ui, palette: &mut Palette) {
-    egui::ComboBox::from_id_salt("palette").width(84.0).selected_text(palette.name()).show_ui(ui, |ui| {
-        for p in Palette::ALL {
-            ui.selectable_value(palette, p, p.name());
-        }
-    });
+    let list = egui::ComboBox::from_id_salt("palette").width(84.0);
+    choose(ui, list, palette.name(), Palette::ALL.map(|p| (p, p.name().to_string())), palette);
 }
 
 /// Green that is no green: a blue-green distinct from [`fault_color`] for colour-blind readers.

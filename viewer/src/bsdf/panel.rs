@@ -152,7 +152,7 @@ impl BsdfPanel {
         let palette = view.palette;
         let color = |t: f64| color32(palette.color(t));
         let ticks = (0..=5).map(|i| (f64::from(i) / 5.0, format!("{:.1}", f64::from(i) / 5.0))).collect();
-        let mark = self.slots[0].integrals.value().and_then(|v| v.as_ref()).map(|v| v.at(direction(view.incident)));
+        let mark = self.slots[0].integrals.current().and_then(|v| v.as_ref()).map(|v| v.at(direction(view.incident)));
         ColorBar { color: &color, label: "share", ticks, mark }.paint(ui, bar);
         let top_value = self.largest(view);
         let scale = view.scale.scale(top_value);
@@ -209,10 +209,10 @@ impl BsdfPanel {
             view.component,
             view.projection,
             view.palette,
-            slot.integrals.value().is_some() && !slot.integrals.busy()
+            slot.integrals.current().is_some()
         );
         let palette = view.palette;
-        let integrals = slot.integrals.value().and_then(|v| v.as_ref());
+        let integrals = slot.integrals.current().and_then(|v| v.as_ref());
         let empty = plot::field(ui);
         let texture = slot.incident.get(ui.ctx(), key, true, || {
             disc_image(size, view.projection, |d| integrals.map_or(empty, |v| color32(palette.color(v.at(d)))))
@@ -348,7 +348,7 @@ impl BsdfPanel {
         ui.painter().line_segment([place, pos2(place.x, axes.rect.top())], Stroke::new(1.0, plot::axis(ui)));
         let hover = ui.interact(axes.rect, ui.scope_id().with("curve"), Sense::hover()).hover_pos();
         for i in 0..self.files.len() {
-            let Some(Some(v)) = self.slots[i].integrals.value() else { continue };
+            let Some(Some(v)) = self.slots[i].integrals.current() else { continue };
             axes.curve(ui, v.curve.iter().copied(), plot::line_color(ui, i), 2.0);
             let name = if self.files.len() == 2 { ["A  ", "B  "][i] } else { "" };
             let text = format!("{name}diffuse light {:.4}", v.hemispherical);

@@ -58,7 +58,7 @@ impl BsdfPanel {
                 }
             });
         }
-        if let Some(Some(v)) = self.slots[0].integrals.value() {
+        if let Some(Some(v)) = self.slots[0].integrals.current() {
             ui.add(egui::Label::new(RichText::new(&v.description).small().weak()).wrap());
         }
         heading(ui, "Show");
@@ -93,7 +93,7 @@ impl BsdfPanel {
     fn verdicts(&self, ui: &mut egui::Ui, i: usize) {
         let title = if self.files.len() == 2 { format!("The doctor on {}", ["A", "B"][i]) } else { "The doctor".to_string() };
         heading(ui, &title);
-        let Some(findings) = self.slots[i].findings.value_of(&self.files[i].id) else {
+        let Some(findings) = self.slots[i].findings.current() else {
             ui.horizontal(|ui| {
                 ui.spinner();
                 ui.weak("examining…");

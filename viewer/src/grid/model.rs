@@ -104,9 +104,12 @@ pub fn is_occupied(stamp: &Stamp) -> bool {
     (8.0..18.0).contains(&stamp.hour)
 }
 
-/// Spatial daylight autonomy sDA300/50 %: share of sensors with DA300 of at least a half.
-pub fn spatial_autonomy(autonomy: &[f64]) -> f64 {
-    autonomy.iter().filter(|a| **a >= 0.5).count() as f64 / autonomy.len().max(1) as f64
+/// Of the sensors that `counts` admits, the share with DA300 of at least a half, and their number; no
+/// share of none. LM-83's sDA moves blinds, this does not.
+pub fn spatial_autonomy(autonomy: &[f64], counts: impl Fn(usize) -> bool) -> (Option<f64>, usize) {
+    let of_plan: Vec<f64> = autonomy.iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, a)| *a).collect();
+    let reached = of_plan.iter().filter(|a| **a >= 0.5).count() as f64;
+    ((!of_plan.is_empty()).then(|| reached / of_plan.len() as f64), of_plan.len())
 }
 
 /// Everything the user has chosen.
@@ -352,7 +355,11 @@ mod tests {
         assert!((value(Metric::ContinuousAutonomy) - 5.0 / 6.0).abs() < 1e-12);
         assert_eq!((value(Metric::Useful), value(Metric::UsefulExceeded), value(Metric::UsefulFellShort)), (1.0, 0.0, 0.0));
         assert_eq!((value(Metric::MeanOccupied), value(Metric::Hour)), (300.0, 400.0));
-        assert_eq!(spatial_autonomy(&[0.5, 0.49, 1.0, 0.0]), 0.5);
+        assert_eq!(spatial_autonomy(&[0.5, 0.49, 1.0, 0.0], |_| true), (Some(0.5), 4));
+        // A vertical sensor beside 15 desks, of which 12 reach it, does not make 81.2 % of 80 %.
+        let desks: Vec<f64> = (0..16).map(|i| if (12..15).contains(&i) { 0.2 } else { 0.9 }).collect();
+        assert_eq!(spatial_autonomy(&desks, |i| i < 15), (Some(0.8), 15));
+        assert_eq!(spatial_autonomy(&desks, |_| false), (None, 0));
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::bsdf::palette_choice;
 use crate::plot::{self, color32, empty_state};
 use crate::results::Results;
 use crate::scale::{BAR_WIDTH, ColorBar, draggable_bar};
+use crate::year::YearLux;
 use crate::year::model::{Quantity, lux_text};
 use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2};
 use glam::DVec3;
@@ -21,6 +22,7 @@ pub struct GridPanel {
     autonomy: Vec<f64>,
     edges: Vec<[DVec3; 2]>,
     readout: String,
+    note: Option<String>,
 }
 
 impl GridPanel {
@@ -56,7 +58,7 @@ impl GridPanel {
     }
 
     /// Paints the panel.
-    pub fn show(&mut self, ui: &mut egui::Ui, view: &mut View, results: Option<&Arc<Results>>, hour: &mut usize) {
+    pub fn show(&mut self, ui: &mut egui::Ui, view: &mut View, results: Option<&Arc<Results>>, lux: &YearLux<'_>, hour: &mut usize) {
         let Some(results) = results else {
             empty_state(
                 ui,
@@ -70,21 +72,25 @@ impl GridPanel {
             return;
         };
         let key = format!(
-            "{} {} {:?} {}",
+            "{} {} {:?} {} {}",
             results.folder.display(),
             view.group,
             view.metric,
-            if view.metric == Metric::Hour { *hour } else { 0 }
+            if view.metric == Metric::Hour { *hour } else { 0 },
+            lux.key
         );
         if self.key != key {
-            self.values = view.metric.values(&group.lux, &results.stamps, *hour);
-            self.autonomy = Metric::Autonomy.values(&group.lux, &results.stamps, 0);
+            let lux = lux.lux.and_then(|l| l.get(view.group)).unwrap_or(&group.lux);
+            self.values = view.metric.values(lux, &results.stamps, *hour);
+            self.autonomy = Metric::Autonomy.values(lux, &results.stamps, 0);
             self.key = key;
         }
+        self.note.clone_from(&lux.instead);
+        let state = lux.state.as_deref();
         egui::Panel::left("grid-side").exact_size(272.0).resizable(false).show(ui, |ui| {
-            egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.side(ui, view, results, hour));
+            egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.side(ui, view, results, state, hour));
         });
-        egui::CentralPanel::default().show(ui, |ui| self.center(ui, view, results, hour));
+        egui::CentralPanel::default().show(ui, |ui| self.center(ui, view, results, state, hour));
     }
 
     fn largest(&self) -> f64 {
@@ -99,7 +105,7 @@ impl GridPanel {
         }
     }
 
-    fn side(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Results, hour: &mut usize) {
+    fn side(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Results, state: Option<&str>, hour: &mut usize) {
         heading(ui, "Sensors");
         for (i, group) in results.groups.iter().enumerate() {
             ui.selectable_value(&mut view.group, i, format!("{} ({})", group.name, group.len()));
@@ -132,31 +138,48 @@ impl GridPanel {
         let values: Vec<f64> = self.values.iter().copied().filter(|v| v.is_finite()).collect();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let (group, mut others) = (results.groups.get(view.group), 0);
         egui::Grid::new("summary").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
             for (name, value) in [("mean", mean), ("lowest", low), ("highest", self.largest())] {
                 ui.weak(name);
                 ui.strong(view.metric.text(value));
                 ui.end_row();
             }
-            ui.weak("sDA300/50 %").on_hover_text("Share of the sensors that have 300 lx or more for half of the hours from 8:00 to 18:00");
-            ui.strong(format!("{:.1} %", spatial_autonomy(&self.autonomy) * 100.0));
+            let (share, count) = group.map_or((None, 0), |g| spatial_autonomy(&self.autonomy, |s| g.is_of_plan(s)));
+            ui.weak("area with DA300 ≥ 50 %").on_hover_text(
+                "Share of the sensors facing up that have 300 lx or more for half of the hours from 8:00 to 18:00. \
+                 Not LM-83's sDA, which moves blinds.",
+            );
+            ui.strong(share.map_or("–".to_string(), |s| format!("{:.1} %", s * 100.0)));
             ui.end_row();
+            others = group.map_or(0, |g| g.len() - count);
         });
-        ui.add(
-            egui::Label::new(
-                RichText::new("Occupied: 8:00 to 18:00 standard time, every day. The façade as computed, no blinds moved.").small().weak(),
-            )
-            .wrap(),
-        );
+        let mut about =
+            "Occupied: 8:00 to 18:00 standard time, every day. No blinds are moved: the area's share is not LM-83's sDA.".to_string();
+        if group.is_some_and(|g| g.directions.is_empty()) {
+            about += " Where the sensors face is not known: all count.";
+        }
+        if others > 0 {
+            about += &format!(" {others} of the sensors do not face up, and do not count in it.");
+        }
+        about += &state.map_or(" The façade as computed.".to_string(), |s| format!(" The façade with {s}."));
+        ui.add(egui::Label::new(RichText::new(about).small().weak()).wrap());
     }
 
-    fn center(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, hour: &mut usize) {
+    fn center(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, state: Option<&str>, hour: &mut usize) {
         let group = &results.groups[view.group.min(results.groups.len() - 1)];
         let mut title = format!("{}: {}", group.name, view.metric.names().0);
         if view.metric == Metric::Hour {
             title = format!("{}: {}", group.name, results.stamps[*hour].text());
         }
         ui.label(RichText::new(title).strong().size(17.0));
+        if let Some(state) = state {
+            let text = match &self.note {
+                Some(note) => note.clone(),
+                None => format!("The façade with {state}: the Year panel's choice, not as computed"),
+            };
+            ui.add(egui::Label::new(RichText::new(text).color(ui.visuals().warn_fg_color)).wrap());
+        }
         let area = ui.available_rect_before_wrap();
         if group.positions.is_empty() {
             ui.add_space(12.0);
@@ -184,10 +207,17 @@ impl GridPanel {
         };
         if let Some(sensor) = under {
             let text = match view.metric {
-                Metric::Hour => lux_text(self.values[sensor], Quantity::Sensor(view.group, sensor).error(results, *hour)),
+                Metric::Hour => {
+                    // Errors are those of the façade as it was computed.
+                    let error = Quantity::Sensor(view.group, sensor).error(results, *hour).filter(|_| state.is_none());
+                    lux_text(self.values[sensor], error)
+                }
                 metric => metric.text(self.values[sensor]),
             };
             self.readout = sensor_text(group, sensor, &text);
+        }
+        if let Some(note) = &self.note {
+            plot::veil(ui, rect, note);
         }
         let bar = Rect::from_min_max(pos2(rect.right() + 14.0, rect.top()), pos2(area.right(), rect.bottom()));
         let mark = under.map(|s| self.values[s]);

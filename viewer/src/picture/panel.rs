@@ -177,7 +177,7 @@ impl PicturePanel {
                 "Luminance above which a pixel is glare: above 100 in cd/m², up to 100 a multiple of the task's luminance or the mean",
             );
         });
-        match self.judged.value() {
+        match self.judged.current() {
             None => {
                 ui.spinner();
             }
@@ -233,7 +233,7 @@ impl PicturePanel {
         let painter = ui.painter().with_clip_rect(place.window);
         painter.rect_filled(place.window, 0.0, plot::field(ui));
         painter.image(texture, place.whole, Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0)), Color32::WHITE);
-        let judged = self.judged.value().and_then(|j| j.as_ref().ok());
+        let judged = self.judged.current().and_then(|j| j.as_ref().ok());
         if let Some(j) = judged {
             overlay(&painter, &place, j, view.sources);
         }

@@ -1,11 +1,11 @@
 //! The carpet of a year: days to the right, hours of the day upwards.
 
-use super::model::{Quantity, Stamp, View, months, steps_per_day};
+use super::model::{Quantity, Stamp, View, class_name, months, steps_per_day};
 use crate::plot::{self, color32};
-use crate::results::CLASSES;
 use crate::scale::{BAR_WIDTH, ColorBar, draggable_bar};
 use crate::texture::CachedTexture;
 use eframe::egui::{self, Align2, Color32, ColorImage, FontId, Rect, Sense, Stroke, pos2, vec2};
+use lucarne::glare::annual::{CLASS_LIMITS, GlareClass};
 use lucarne::image::palette::{Palette, Scale};
 
 /// Where the carpet lies on the screen.
@@ -47,6 +47,8 @@ impl Layout {
     }
 }
 
+const CLASSES: usize = GlareClass::ALL.len();
+
 /// Colours of a carpet.
 pub struct Colors {
     /// Palette.
@@ -64,7 +66,7 @@ impl Colors {
             return none;
         }
         if self.classes {
-            color32(self.palette.color(value / (CLASSES.len() - 1) as f64))
+            color32(self.palette.color(value / (CLASSES - 1) as f64))
         } else {
             color32(self.palette.color(self.scale.position(value)))
         }
@@ -142,7 +144,8 @@ pub fn show(
     } else if view.quantity.is_glare() {
         let scale = colors.scale;
         let color = |t: f64| color32(colors.palette.color(t));
-        let ticks = [0.2, 0.35, 0.4, 0.45, 0.6].map(|v| (scale.position(v), format!("{v:.2}"))).to_vec();
+        let ends = [scale.minimum(), scale.maximum()];
+        let ticks = ends[..1].iter().chain(&CLASS_LIMITS).chain(&ends[1..]).map(|v| (scale.position(*v), format!("{v:.2}"))).collect();
         ColorBar { color: &color, label: view.quantity.unit(), ticks, mark: mark.map(|v| scale.position(v)) }.paint(ui, bar);
     } else {
         draggable_bar(ui, bar, &mut view.carpet, maximum, view.palette, view.quantity.unit(), mark);
@@ -158,14 +161,14 @@ pub fn show(
 }
 
 fn class_legend(ui: &egui::Ui, bar: Rect, colors: &Colors) {
-    for (i, name) in CLASSES.iter().enumerate().rev() {
-        let top = bar.top() + 20.0 + 34.0 * (CLASSES.len() - 1 - i) as f32;
+    for i in 0..CLASSES {
+        let top = bar.top() + 20.0 + 34.0 * (CLASSES - 1 - i) as f32;
         let swatch = Rect::from_min_size(pos2(bar.left(), top), vec2(14.0, 14.0));
         ui.painter().rect_filled(swatch, 2.0, colors.of(i as f64, Color32::TRANSPARENT));
         ui.painter().text(
             swatch.left_bottom() + vec2(0.0, 2.0),
             Align2::LEFT_TOP,
-            name,
+            class_name(i as f64),
             FontId::proportional(11.0),
             ui.visuals().text_color(),
         );

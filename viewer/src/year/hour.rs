@@ -10,8 +10,13 @@ use crate::plot::{self, Axes, halo_text};
 use crate::results::Results;
 use crate::scale::{BAR_WIDTH, draggable_bar};
 use eframe::egui::{self, Align2, Color32, FontId, Rect, Sense, Stroke, pos2, vec2};
+use lucarne::glare::annual::GlareClass;
 use lucarne::image::palette::{round_steps, round_up, rounded_number};
 use std::sync::Arc;
+
+/// How long a picture may be late before it is dimmed, s: while an hour is dragged pictures are always
+/// late by a frame or two.
+const PATIENCE: f64 = 0.3;
 
 impl YearPanel {
     /// The carpet's quantity over the day of the hour.
@@ -21,7 +26,7 @@ impl YearPanel {
         let day = &self.values.1[first..(first + per_day).min(self.values.1.len())];
         let top = if view.quantity.is_glare() { 1.0 } else { round_up(day.iter().copied().filter(|v| !v.is_nan()).fold(1.0, f64::max)) };
         let axes = Axes::inside(rect, [0.0, 24.0], [0.0, top]);
-        let title = format!("{} on this day, {}", view.quantity.name(results), view.quantity.unit());
+        let title = self.titled(format!("{} on this day, {}", view.quantity.name(results), view.quantity.unit()));
         axes.paint(ui, &title, "hour of the day", &[0.0, 6.0, 12.0, 18.0, 24.0], &round_steps(0.0, top, 5));
         let width = 24.0 / per_day as f64;
         let points: Vec<[f64; 2]> = day.iter().enumerate().map(|(i, v)| [(i as f64 + 0.5) * width, *v]).collect();
@@ -39,8 +44,8 @@ impl YearPanel {
     pub(super) fn plan(&mut self, ui: &mut egui::Ui, rect: Rect, view: &View, results: &Arc<Results>) {
         let index = plan_group(results);
         let Some(group) = results.groups.get(index).filter(|g| !g.positions.is_empty()) else { return };
-        let lux = self.states.lux(&view.fractions);
-        let matrix = lux.as_ref().and_then(|l| l.1.get(index)).unwrap_or(&group.lux);
+        let lux = self.states.lux(&results.windows, &view.fractions);
+        let matrix = lux.lux.and_then(|l| l.get(index)).unwrap_or(&group.lux);
         let values: Vec<f64> = (0..matrix.rows()).map(|s| f64::from(matrix.at(s, view.hour)[0])).collect();
         // One scale for carpet and plan where both show illuminance.
         let scale = view.carpet.scale(if view.quantity.is_glare() { self.plan_maximum } else { self.values.2 });
@@ -48,10 +53,14 @@ impl YearPanel {
         if let Some(said) = grid::plan::hour_plan(ui, rect, results, group, &values, view.palette, &scale, &title) {
             self.readout = said;
         }
+        if let Some(note) = &self.plan_note {
+            plot::veil(ui, rect, note);
+        }
     }
 
     /// Gives the left edge of what is beside the picture.
-    pub(super) fn hour_picture(&mut self, ui: &mut egui::Ui, rect: Rect, view: &mut View) -> f32 {
+    pub(super) fn hour_picture(&mut self, ui: &mut egui::Ui, rect: Rect, view: &mut View, results: &Results) -> f32 {
+        let note = self.picture_note(results);
         let Some(shown) = &self.shown else {
             let text = self.failed.clone().unwrap_or_else(|| "reading the view matrix…".into());
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(14.0), plot::axis(ui));
@@ -86,6 +95,14 @@ impl YearPanel {
                 );
             }
         }
+        if let (Some(note), Some(since)) = (&note, self.picture_late) {
+            let left = PATIENCE - (ui.input(|i| i.time) - since);
+            if left <= 0.0 || self.failed.is_some() {
+                plot::veil(ui, place, note);
+            } else {
+                ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(left));
+            }
+        }
         let mut under = None;
         if let Some(p) = ui.interact(place, ui.scope_id().with("hour-picture"), Sense::hover()).hover_pos() {
             let (x, y) = (((p.x - place.left()) / unit) as usize, ((p.y - place.top()) / unit) as usize);
@@ -102,11 +119,12 @@ impl YearPanel {
             left = bar.right() + 10.0;
         }
         let mut lines = Vec::new();
-        if let Some(j) = glare {
+        if let Some(note) = note {
+            lines.extend([(String::new(), false), (note, false)]);
+        } else if let Some(j) = glare {
             let i = &j.glare.indices;
             lines.push((format!("DGP {:.3}", i.dgp), true));
-            let class = crate::results::CLASSES[crate::results::class_of(i.dgp) as usize];
-            lines.push((format!("of this picture: {class}"), false));
+            lines.push((format!("of this picture: {}", GlareClass::of(i.dgp).name()), false));
             lines.push((format!("Ev {} lx", rounded_number(j.glare.vertical_illuminance)), false));
             lines.push((format!("UGR {}", if i.ugr < 0.0 { "–".into() } else { format!("{:.1}", i.ugr) }), false));
             let count = j.glare.sources.len();

@@ -12,3 +12,4 @@ mod side;
 mod states;
 
 pub use panel::YearPanel;
+pub use states::YearLux;

@@ -1,8 +1,9 @@
 //! What the Year panel shows for which state.
 
 use crate::picture::model::{Mode, Tone};
-use crate::results::{CLASSES, Results};
+use crate::results::Results;
 use crate::scale::ScaleChoice;
+use lucarne::glare::annual::GlareClass;
 use lucarne::glare::index::dgps;
 use lucarne::image::palette::{Palette, rounded_number};
 use lucarne::matrix::Matrix;
@@ -155,22 +156,31 @@ impl Quantity {
         (found > 0.0).then_some(found)
     }
 
-    /// A value in words, with its standard error.
-    pub fn text(self, value: f64, error: Option<f64>) -> String {
+    /// Its value at an hour in words, with its standard error.
+    pub fn text(self, results: &Results, hour: usize, value: f64, error: Option<f64>) -> String {
         if value.is_nan() {
             return "–".into();
         }
         match self {
             Self::Sensor(..) | Self::Mean(_) => lux_text(value, error),
             Self::Simplified(..) => format!("DGPs {value:.3}"),
-            Self::Dgp(_) => format!(
-                "DGP {value:.3}{}, {}",
-                error.map_or_else(String::new, |e| format!(" ± {e:.3}")),
-                CLASSES[crate::results::class_of(value) as usize]
-            ),
-            Self::Class(_) => CLASSES.get(value as usize).unwrap_or(&"?").to_string(),
+            Self::Dgp(v) => {
+                let class = results.glare.get(v).map_or(f64::NAN, |g| g.class[hour]);
+                format!("DGP {value:.3}{}, {}", error.map_or_else(String::new, |e| format!(" ± {e:.3}")), class_name(class))
+            }
+            Self::Class(_) => class_name(value).into(),
         }
     }
+
+    /// Whether the results hold it for the computed state of the façade alone.
+    pub fn is_stored_only(self) -> bool {
+        matches!(self, Self::Dgp(_) | Self::Class(_))
+    }
+}
+
+/// Name of a class by its place in [`GlareClass::ALL`].
+pub fn class_name(class: f64) -> &'static str {
+    if class.is_nan() { "?" } else { GlareClass::ALL.get(class as usize).map_or("?", |c| c.name()) }
 }
 
 /// An illuminance with its standard error.
@@ -179,15 +189,74 @@ pub fn lux_text(value: f64, error: Option<f64>) -> String {
     format!("{}{error} lx", rounded_number(value))
 }
 
-/// The hour of the largest value; the first of several.
-pub fn worst(values: &[f64]) -> Option<usize> {
-    let best = values.iter().enumerate().filter(|(_, v)| !v.is_nan());
-    best.fold(None, |m: Option<(usize, f64)>, (i, v)| if m.is_none_or(|m| *v > m.1) { Some((i, *v)) } else { m }).map(|m| m.0)
+/// All hours that have a value, the highest first.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Ranking {
+    hours: Vec<usize>,
+    highest: f64,
+    /// Hours that share the highest value.
+    tied: usize,
 }
 
-/// What tells most about glare: DGP of the first view, else simplified DGP at the first sensor that
-/// faces sideways.
-pub fn glare_quantity(results: &Results) -> Option<Quantity> {
+impl Ranking {
+    /// Hours by their values, and where these are the same by `then`: many hours have a DGP cut to 1.
+    pub fn new(values: &[f64], then: &[f64]) -> Self {
+        let key = |h: usize| (values[h], then.get(h).copied().filter(|v| !v.is_nan()).unwrap_or(f64::NEG_INFINITY));
+        let mut hours: Vec<usize> = (0..values.len()).filter(|&h| !values[h].is_nan()).collect();
+        // Stable: of the same the earliest is the first.
+        hours.sort_by(|&a, &b| key(b).0.total_cmp(&key(a).0).then(key(b).1.total_cmp(&key(a).1)));
+        let highest = hours.first().map_or(f64::NAN, |&h| values[h]);
+        let tied = hours.iter().take_while(|&&h| values[h] == highest).count();
+        Self { hours, highest, tied }
+    }
+
+    /// Hours of a quantity; glare that is cut to the same value by the light at the eye.
+    pub fn of(quantity: Quantity, results: &Results, lux: Option<&[Arc<Matrix<f32>>]>) -> Self {
+        let light = match quantity {
+            Quantity::Dgp(v) | Quantity::Class(v) => results.glare.get(v).map(|g| g.illuminance.clone()),
+            Quantity::Simplified(g, s) => Some(Quantity::Sensor(g, s).values(results, lux)),
+            Quantity::Sensor(..) | Quantity::Mean(_) => None,
+        };
+        let values = match quantity {
+            Quantity::Class(v) => Quantity::Dgp(v).values(results, lux),
+            other => other.values(results, lux),
+        };
+        Self::new(&values, &light.unwrap_or_default())
+    }
+
+    /// The first hour.
+    pub fn worst(&self) -> Option<usize> {
+        self.hours.first().copied()
+    }
+
+    /// The hour that follows another one by so many places; the first one if the other has no place.
+    pub fn beside(&self, hour: usize, places: isize) -> Option<usize> {
+        let to = self.place(hour).map_or(0, |p| p.saturating_add_signed(places).min(self.hours.len() - 1));
+        self.hours.get(to).copied()
+    }
+
+    /// Place of an hour, from 0.
+    pub fn place(&self, hour: usize) -> Option<usize> {
+        self.hours.iter().position(|&h| h == hour)
+    }
+
+    /// Where an hour stands, in words; the values are in this unit.
+    pub fn text(&self, hour: usize, unit: &str) -> String {
+        let place = self.place(hour).map_or_else(|| "no light".into(), |p| format!("{} of {}", p + 1, self.hours.len()));
+        let (tied, highest) = (self.tied, self.highest);
+        let tied = if tied > 1 { format!("; {tied} hours at {unit} {highest:.3}, in order of Ev") } else { String::new() };
+        place + &tied
+    }
+}
+
+/// What tells most about glare: what the carpet shows of it, else DGP of the first view, else
+/// simplified DGP at the first sensor that faces sideways.
+pub fn glare_quantity(results: &Results, shown: Quantity) -> Option<Quantity> {
+    match shown {
+        Quantity::Class(v) => return Some(Quantity::Dgp(v)),
+        Quantity::Dgp(_) | Quantity::Simplified(..) => return Some(shown),
+        Quantity::Sensor(..) | Quantity::Mean(_) => {}
+    }
     if !results.glare.is_empty() {
         return Some(Quantity::Dgp(0));
     }
@@ -291,8 +360,21 @@ mod tests {
     }
 
     #[test]
-    fn the_worst_hour_is_the_first_of_the_largest_and_nights_do_not_count() {
-        assert_eq!(worst(&[f64::NAN, 0.1, 0.7, 0.7, f64::NAN]), Some(2));
-        assert_eq!(worst(&[f64::NAN]), None);
+    fn of_hours_cut_to_the_same_dgp_the_brightest_is_the_worst() {
+        let (none, light) = (f64::NAN, [0.0, 900.0, 21_300.0, 34_035.0, 20_000.0, 30_000.0]);
+        let ranking = Ranking::new(&[none, 0.3, 1.0, 1.0, 0.99, 1.0], &light);
+        assert_eq!((ranking.worst(), ranking.tied), (Some(3), 3));
+        let mut passed = vec![3];
+        while let Some(next) = ranking.beside(passed[passed.len() - 1], 1).filter(|h| !passed.contains(h)) {
+            passed.push(next);
+        }
+        assert_eq!(passed, [3, 5, 2, 4, 1], "each once, nights left out");
+        assert_eq!((ranking.beside(5, -1), ranking.beside(3, -1), ranking.beside(1, 1)), (Some(3), Some(3), Some(1)));
+        assert_eq!(ranking.beside(0, 1), Some(3), "from the night to the worst");
+        assert_eq!(ranking.text(5, "DGP"), "2 of 5; 3 hours at DGP 1.000, in order of Ev");
+        // Without the light at the eye the earliest.
+        assert_eq!(Ranking::new(&[none, 0.1, 0.7, 0.7], &[]).worst(), Some(2));
+        let dark = Ranking::new(&[none], &[none]);
+        assert_eq!((dark.worst(), dark.beside(0, 1)), (None, None));
     }
 }

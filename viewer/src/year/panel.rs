@@ -1,14 +1,14 @@
 //! Painting the Year panel and taking its clicks.
 
 use super::carpet;
-use super::model::{Quantity, View, glare_quantity, steps_per_day, typical_maximum, worst};
+use super::model::{Quantity, Ranking, View, glare_quantity, steps_per_day, typical_maximum};
 use super::scrub::{Answer, Scrubber, Wish};
-use super::states::States;
+use super::states::{States, YearLux};
 use crate::app::Outbox;
 use crate::bsdf::model::BsdfFile;
 use crate::job::Derived;
 use crate::picture::model::{Judged, PictureFile};
-use crate::plot::empty_state;
+use crate::plot::{self, empty_state};
 use crate::results::Results;
 use crate::texture::CachedTexture;
 use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2, vec2};
@@ -20,6 +20,14 @@ use std::sync::Arc;
 #[derive(Default)]
 pub struct YearPanel {
     pub(super) values: (String, Vec<f64>, f64),
+    /// Hours by their glare.
+    pub(super) ranking: (String, Ranking),
+    /// What header and carpet show in place of the chosen state of the façade.
+    pub(super) note: Option<Note>,
+    /// What the plan shows in place of it.
+    pub(super) plan_note: Option<String>,
+    /// Since when the picture is not the one that was asked for, s.
+    pub(super) picture_late: Option<f64>,
     pub(super) carpet: CachedTexture,
     pub(super) scrubber: Option<Scrubber>,
     pub(super) shown: Option<Shown>,
@@ -35,6 +43,14 @@ pub struct YearPanel {
     pub(super) plan_maximum: f64,
     pub(super) readout: String,
     pub(super) pending: Vec<BsdfFile>,
+}
+
+/// Said beside what is not as chosen.
+pub struct Note {
+    /// What it is.
+    pub(super) text: String,
+    /// Whether it will be another soon, or should be another.
+    pub(super) late: bool,
 }
 
 /// The picture on the screen.
@@ -74,6 +90,17 @@ impl YearPanel {
         picture || self.states.busy() || self.sky.busy() || !self.pending.is_empty()
     }
 
+    /// The year's illuminance in the chosen state of the façade.
+    pub fn lux(&self, results: &Results, fractions: &[f64]) -> YearLux<'_> {
+        self.states.lux(&results.windows, fractions)
+    }
+
+    /// Keeps the year's illuminance up with the façade, whichever panel shows it.
+    pub fn follow_facade(&mut self, ctx: &egui::Context, view: &mut View, results: &Arc<Results>) {
+        view.fractions.resize(results.windows.len(), 0.0);
+        self.states.update(ctx, results, &view.fractions);
+    }
+
     /// Hour of the picture on the screen, and the seconds it took.
     #[cfg(test)]
     pub fn picture_shown(&self) -> Option<(usize, f64)> {
@@ -102,13 +129,14 @@ impl YearPanel {
         if pressed(Key::End) {
             view.hour = results.hours().saturating_sub(1);
         }
-        if pressed(Key::W) {
-            self.go_to_worst(view, results);
+        for (key, places) in [(Key::W, None), (Key::N, Some(1)), (Key::P, Some(-1))] {
+            if pressed(key) {
+                self.go_to_worst(view, results, places);
+            }
         }
-        if pressed(Key::M)
-            && let Some(hour) = worst(&self.values.1)
-        {
-            view.hour = hour;
+        if pressed(Key::M) {
+            let lux = self.lux(results, &view.fractions);
+            view.hour = Ranking::of(view.quantity, results, lux.lux).worst().unwrap_or(view.hour);
         }
         if pressed(Key::Space) {
             self.playing = !self.playing;
@@ -118,13 +146,25 @@ impl YearPanel {
         }
     }
 
-    pub(super) fn go_to_worst(&mut self, view: &mut View, results: &Results) {
-        if let Some(quantity) = glare_quantity(results) {
-            let lux = self.states.lux(&view.fractions).map(|(_, l)| l.to_vec());
+    /// Goes to the worst glare hour, or as many places further down from the hour shown.
+    pub(super) fn go_to_worst(&mut self, view: &mut View, results: &Results, places: Option<isize>) {
+        let Some(quantity) = glare_quantity(results, view.quantity) else { return };
+        self.rank(view, results);
+        if !view.quantity.is_glare() {
             view.quantity = quantity;
-            if let Some(hour) = worst(&quantity.values(results, lux.as_deref())) {
-                view.hour = hour;
-            }
+        }
+        let ranking = &self.ranking.1;
+        let hour = places.map_or_else(|| ranking.worst(), |places| ranking.beside(view.hour, places));
+        view.hour = hour.unwrap_or(view.hour);
+    }
+
+    /// Brings the order of the glare hours up to date.
+    fn rank(&mut self, view: &View, results: &Results) {
+        let Some(quantity) = glare_quantity(results, view.quantity) else { return };
+        let lux = self.states.lux(&results.windows, &view.fractions);
+        let key = format!("{} {quantity:?} {}", results.folder.display(), lux.key);
+        if self.ranking.0 != key {
+            self.ranking = (key, Ranking::of(quantity, results, lux.lux));
         }
     }
 
@@ -165,7 +205,6 @@ impl YearPanel {
 
     fn update(&mut self, ctx: &egui::Context, view: &mut View, results: &Arc<Results>) {
         view.hour = view.hour.min(results.hours().saturating_sub(1));
-        view.fractions.resize(results.windows.len(), 0.0);
         if self.playing {
             let per_day = steps_per_day(results.hours());
             let next = view.hour + 1;
@@ -176,14 +215,21 @@ impl YearPanel {
             let path = results.matrix("S");
             move || read_matrix(&path).ok().map(|f| f.matrix)
         });
-        self.states.update(ctx, results, &view.fractions);
-        let lux = self.states.lux(&view.fractions);
-        let key = format!("{} {:?} {}", results.folder.display(), view.quantity, lux.as_ref().map_or("", |l| l.0.as_str()));
+        self.follow_facade(ctx, view, results);
+        self.rank(view, results);
+        let lux = self.states.lux(&results.windows, &view.fractions);
+        let key = format!("{} {:?} {}", results.folder.display(), view.quantity, lux.key);
         if self.values.0 != key {
-            let values = view.quantity.values(results, lux.map(|l| l.1));
+            let values = view.quantity.values(results, lux.lux);
             let maximum = typical_maximum(&values);
             self.values = (key, values, maximum);
         }
+        self.note = match (view.quantity.is_stored_only(), &lux.state, &lux.instead) {
+            (true, Some(state), _) => Some(Note { text: format!("of the façade as computed, not with {state}"), late: false }),
+            (false, _, Some(instead)) => Some(Note { text: instead.clone(), late: true }),
+            _ => None,
+        };
+        self.plan_note = lux.instead;
         let Some(file) = results.views.get(view.view) else { return };
         if self.scrubber.as_ref().is_none_or(|s| s.view != file.name) {
             (self.shown, self.glare, self.failed) = (None, None, None);
@@ -202,6 +248,14 @@ impl YearPanel {
                 Answer::Failed(error) => self.failed = Some(error.to_string()),
             }
         }
+        let late = self.picture_note(results).is_some();
+        self.picture_late = late.then(|| self.picture_late.unwrap_or(ctx.input(|i| i.time)));
+    }
+
+    /// What the picture on the screen is, if it is not the one asked for last.
+    pub(super) fn picture_note(&self, results: &Results) -> Option<String> {
+        let (shown, wanted) = (&self.shown.as_ref()?.wish, self.scrubber.as_ref()?.wanted()?);
+        shown.instead_of(wanted, results)
     }
 
     pub(super) fn picture_maximum(&self) -> f64 {
@@ -217,7 +271,7 @@ impl YearPanel {
             ui.label(RichText::new(stamp.text()).strong().size(17.0));
             ui.weak(format!("hour {}", view.hour));
             let value = self.values.1.get(view.hour).copied().unwrap_or(f64::NAN);
-            ui.strong(view.quantity.text(value, error(view.hour)));
+            ui.strong(view.quantity.text(results, view.hour, value, error(view.hour)));
             let play = if self.playing { "Stop" } else { "Play the day" };
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.button(play).on_hover_text("Space").clicked() {
@@ -225,6 +279,10 @@ impl YearPanel {
                 }
             });
         });
+        if let Some(note) = &self.note {
+            let text = format!("{}: {}", view.quantity.unit(), note.text);
+            ui.add(egui::Label::new(RichText::new(text).color(ui.visuals().warn_fg_color)).wrap());
+        }
         ui.horizontal(|ui| {
             ui.spacing_mut().slider_width = ui.available_width() - 16.0;
             let last = results.hours().saturating_sub(1);
@@ -234,11 +292,15 @@ impl YearPanel {
         let area = ui.available_rect_before_wrap();
         let height = (area.height() * 0.34).clamp(120.0, 340.0);
         let outer = Rect::from_min_size(area.min, vec2(area.width(), height));
-        let title = view.quantity.name(results);
+        let title = self.titled(view.quantity.name(results));
         let (key, values, maximum) = std::mem::take(&mut self.values);
         let hovered = carpet::show(ui, outer, &mut self.carpet, &key, view, &values, &results.stamps, &title, maximum);
         if let Some(step) = hovered {
-            self.readout = format!("{}   hour {step}   {}", results.stamps[step].text(), view.quantity.text(values[step], error(step)));
+            let value = view.quantity.text(results, step, values[step], error(step));
+            self.readout = format!("{}   hour {step}   {value}", results.stamps[step].text());
+        }
+        if let Some(note) = self.note.as_ref().filter(|n| n.late) {
+            plot::veil(ui, carpet::Layout::new(outer, values.len()).field, &note.text);
         }
         self.values = (key, values, maximum);
         let status = 22.0;
@@ -248,7 +310,7 @@ impl YearPanel {
             self.day(ui, Rect::from_min_max(below.min, pos2(middle, below.bottom())), view, results);
             self.plan(ui, Rect::from_min_max(pos2(middle, below.top()), below.max), view, results);
         } else {
-            let left = self.hour_picture(ui, below, view);
+            let left = self.hour_picture(ui, below, view, results);
             let rest = Rect::from_min_max(pos2(left - 40.0, below.top() + 190.0), below.max);
             if rest.width() > 260.0 && rest.height() > 150.0 {
                 self.plan(ui, rest, view, results);
@@ -266,6 +328,17 @@ impl YearPanel {
             FontId::proportional(13.0),
             ui.visuals().text_color(),
         );
+    }
+}
+
+impl YearPanel {
+    /// A title of what follows the header's quantity.
+    pub(super) fn titled(&self, title: String) -> String {
+        match &self.note {
+            Some(note) if note.late => title + " (another state)",
+            Some(_) => title + " (façade as computed)",
+            None => title,
+        }
     }
 }
 

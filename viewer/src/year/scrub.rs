@@ -36,6 +36,17 @@ pub struct Wish {
 }
 
 impl Wish {
+    /// What this is when another one is wanted; nothing if it is the wanted one.
+    pub fn instead_of(&self, wanted: &Self, results: &Results) -> Option<String> {
+        if self == wanted {
+            return None;
+        }
+        match results.stamps.get(self.hour).filter(|_| self.hour != wanted.hour) {
+            Some(stamp) => Some(format!("picture of {}", stamp.text())),
+            None => Some("picture of an earlier state".into()),
+        }
+    }
+
     /// How much of a window is still in its first state.
     pub fn share(&self, window: usize) -> f64 {
         let has_second = self.states.1.get(window).is_some_and(Option::is_some);

@@ -7,6 +7,7 @@ use crate::app::Outbox;
 use crate::args::PanelKind;
 use crate::bsdf::model::BsdfFile;
 use crate::bsdf::palette_choice;
+use crate::list::choose;
 use crate::picture::model::Mode;
 use crate::results::Results;
 use eframe::egui::{self, Key, RichText, vec2};
@@ -15,11 +16,22 @@ use std::sync::Arc;
 impl YearPanel {
     pub(super) fn side(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, out: &mut Outbox) {
         ui.add_space(4.0);
-        if glare_quantity(results).is_some() {
+        if let Some(quantity) = glare_quantity(results, view.quantity) {
             let button = egui::Button::new(RichText::new("Worst glare hour").strong()).min_size(vec2(ui.available_width() - 4.0, 30.0));
-            if ui.add(button).on_hover_text("Goes to the hour of the year with the highest glare probability (key W)").clicked() {
-                self.go_to_worst(view, results);
+            let hint = "Goes to the hour of the year with the highest glare probability; of hours with the same, to that with the \
+                        most light at the eye (key W)";
+            if ui.add(button).on_hover_text(hint).clicked() {
+                self.go_to_worst(view, results, None);
             }
+            ui.horizontal(|ui| {
+                for (name, places, hint) in [("Previous", -1, "The hour that is worse by a place (key P)"), ("Next", 1, "Key N")] {
+                    if ui.button(name).on_hover_text(hint).clicked() {
+                        self.go_to_worst(view, results, Some(places));
+                    }
+                }
+                let text = self.ranking.1.text(view.hour, quantity.unit());
+                ui.add(egui::Label::new(RichText::new(text).small()).wrap());
+            });
         }
         heading(ui, "Carpet");
         let mut choices: Vec<Quantity> = (0..results.glare.len()).flat_map(|v| [Quantity::Dgp(v), Quantity::Class(v)]).collect();
@@ -28,15 +40,9 @@ impl YearPanel {
             choices.extend((0..group.len()).map(|s| Quantity::Sensor(g, s)));
             choices.extend(group.directions.iter().enumerate().filter(|(_, d)| d.z.abs() < 0.5).map(|(s, _)| Quantity::Simplified(g, s)));
         }
-        egui::ComboBox::from_id_salt("quantity")
-            .width(ui.available_width() - 12.0)
-            .height(420.0)
-            .selected_text(view.quantity.name(results))
-            .show_ui(ui, |ui| {
-                for choice in choices {
-                    ui.selectable_value(&mut view.quantity, choice, choice.name(results));
-                }
-            });
+        let list = egui::ComboBox::from_id_salt("quantity").width(ui.available_width() - 12.0).height(420.0);
+        let choices = choices.into_iter().map(|c| (c, c.name(results)));
+        choose(ui, list, &view.quantity.name(results), choices, &mut view.quantity);
         if !view.quantity.is_glare() {
             view.carpet.controls(ui, self.values.2, "lx");
         }
@@ -50,7 +56,7 @@ impl YearPanel {
         self.facade_controls(ui, view, results, out);
         heading(ui, "Sky");
         let sun = results.weather.as_ref().and_then(|w| Some(w.sun(w.records.get(view.hour)?)));
-        let sky = self.sky.value().and_then(Option::as_ref).filter(|s| view.hour < s.cols()).map(|s| (s, view.hour));
+        let sky = self.sky.current().and_then(Option::as_ref).filter(|s| view.hour < s.cols()).map(|s| (s, view.hour));
         if sky.is_none() && sun.is_none() && !self.sky.busy() {
             ui.weak("The folder holds no sky matrix.");
         } else if let Some(said) = dome::show(ui, &mut self.dome, sky, sun, view.palette) {
@@ -94,14 +100,9 @@ impl YearPanel {
         }
         heading(ui, "Picture");
         if results.views.len() > 1 {
-            egui::ComboBox::from_id_salt("view").selected_text(&results.views[view.view.min(results.views.len() - 1)].name).show_ui(
-                ui,
-                |ui| {
-                    for (i, v) in results.views.iter().enumerate() {
-                        ui.selectable_value(&mut view.view, i, &v.name);
-                    }
-                },
-            );
+            let shown = &results.views[view.view.min(results.views.len() - 1)].name;
+            let choices = results.views.iter().enumerate().map(|(i, v)| (i, v.name.clone()));
+            choose(ui, egui::ComboBox::from_id_salt("view"), shown, choices, &mut view.view);
         }
         ui.horizontal(|ui| {
             ui.selectable_value(&mut view.mode, Mode::Falsecolor, "Falsecolour");
@@ -161,15 +162,15 @@ impl YearPanel {
             });
             let offered = results.states.get(name).map_or(&[][..], Vec::as_slice);
             if !offered.is_empty() {
-                egui::ComboBox::from_id_salt(("state", i)).selected_text("states of the project").show_ui(ui, |ui| {
-                    for path in offered {
-                        let label = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-                        if ui.selectable_label(false, label).clicked() {
-                            self.state_window = i;
-                            self.add_state_of(path, out);
-                        }
-                    }
-                });
+                let label = |path: &std::path::PathBuf| path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+                let before = offered.iter().position(|p| self.states.name(i) == Some(label(p).as_str()));
+                let mut chosen = before;
+                let choices = offered.iter().enumerate().map(|(k, p)| (Some(k), label(p)));
+                choose(ui, egui::ComboBox::from_id_salt(("state", i)), "states of the project", choices, &mut chosen);
+                if let Some(path) = chosen.filter(|_| chosen != before).and_then(|k| offered.get(k)) {
+                    self.state_window = i;
+                    self.add_state_of(path, out);
+                }
             }
             if self.states.name(i).is_some()
                 && let Some(fraction) = view.fractions.get_mut(i)
@@ -200,14 +201,6 @@ impl YearPanel {
             }
         });
         ui.data_mut(|d| d.insert_temp(id, path));
-        if self.states.changed(&view.fractions) && view.quantity.is_glare() && !matches!(view.quantity, Quantity::Simplified(..)) {
-            ui.add(
-                egui::Label::new(
-                    RichText::new("The glare carpet is that of the computed state; the picture follows the façade.").small().weak(),
-                )
-                .wrap(),
-            );
-        }
     }
 }
 

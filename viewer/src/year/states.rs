@@ -22,6 +22,19 @@ pub struct States {
     lux: Derived<String, std::result::Result<Vec<Arc<Matrix<f32>>>, String>>,
 }
 
+/// The year's illuminance, as far as it is there.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct YearLux<'a> {
+    /// By group, of another state than the stored one.
+    pub lux: Option<&'a [Arc<Matrix<f32>>]>,
+    /// Tells what is shown apart from what was shown before.
+    pub key: String,
+    /// The state of the façade, where it is not the stored one.
+    pub state: Option<String>,
+    /// What is shown in place of that state.
+    pub instead: Option<String>,
+}
+
 impl States {
     /// Forgets everything: other results.
     pub fn reset(&mut self, windows: usize) {
@@ -90,13 +103,22 @@ impl States {
         });
     }
 
-    /// Illuminance by group in the chosen state, if it is not the stored one, with a key.
-    pub fn lux(&self, fractions: &[f64]) -> Option<(String, &[Arc<Matrix<f32>>])> {
+    /// The year's illuminance in the chosen state of the façade.
+    pub fn lux(&self, windows: &[String], fractions: &[f64]) -> YearLux<'_> {
         if !self.changed(fractions) {
-            return None;
+            return YearLux::default();
         }
-        let lux = self.lux.value()?.as_ref().ok()?;
-        Some((format!("{} {:p}", self.number, lux.first().map_or(std::ptr::null(), Arc::as_ptr)), lux))
+        let (lux, instead) = match (self.lux.current(), self.lux.newest()) {
+            (Some(Ok(lux)), _) => (Some(lux), None),
+            (Some(Err(e)), _) => (None, Some(format!("the façade as computed: its other state cannot be computed: {e}"))),
+            (None, Some(Ok(lux))) => (Some(lux), Some("an earlier state of the façade; the new one is being computed".to_string())),
+            _ => (None, Some("the façade as computed; its other state is being computed".to_string())),
+        };
+        let pointer = lux.and_then(|l| l.first()).map_or(std::ptr::null(), Arc::as_ptr);
+        let parts = windows.iter().zip(fractions).enumerate();
+        let parts: Vec<String> =
+            parts.filter_map(|(i, (w, f))| Some(format!("{w} {:.0} % {}", f * 100.0, self.name(i).filter(|_| *f > 0.0)?))).collect();
+        YearLux { lux: lux.map(Vec::as_slice), key: format!("{} {pointer:p}", self.number), state: Some(parts.join(", ")), instead }
     }
 
     /// Whether the year is being computed.
@@ -124,4 +146,46 @@ fn traced_suns(results: &Results, group: &str) -> Option<Matrix<f32>> {
     let (sun, direct) = (term("sun")?, term("direct")?);
     let data = sun.data().iter().zip(direct.data()).map(|(sun, direct)| sun - direct).collect();
     Matrix::from_data(sun.rows(), sun.cols(), 1, data).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn illuminance_of_another_state_than_the_chosen_one_is_called_so() {
+        let ctx = egui::Context::default();
+        let windows = ["south".to_string()];
+        let matrix = |v: f32| Arc::new(Matrix::from_data(1, 1, 1, vec![v]).unwrap());
+        let mut states = States::default();
+        states.reset(1);
+        assert_eq!(states.lux(&windows, &[1.0]), YearLux::default(), "without a second state there is no other one");
+        states.names[0] = Some("clear.xml".into());
+        let ask = |states: &mut States, key: &str, value: std::result::Result<f32, String>| {
+            states.lux.update(&ctx, key.into(), || move || value.map(|v| vec![matrix(v)]));
+        };
+        let settle = |states: &mut States, key: &str, value: std::result::Result<f32, String>| {
+            ask(states, key, value.clone());
+            while states.busy() {
+                std::thread::sleep(std::time::Duration::from_millis(1));
+                ask(states, key, value.clone());
+            }
+        };
+        let first = states.lux(&windows, &[0.5]);
+        assert_eq!((first.lux, first.state.as_deref()), (None, Some("south 50 % clear.xml")));
+        assert!(first.instead.unwrap().starts_with("the façade as computed"));
+        settle(&mut states, "a", Ok(1.0));
+        let ready = states.lux(&windows, &[0.5]);
+        assert_eq!((ready.lux.unwrap()[0].data(), ready.instead), (&[1.0][..], None));
+        // The next one is not there yet.
+        let (go, wait) = std::sync::mpsc::channel::<()>();
+        states.lux.update(&ctx, "b".into(), || move || wait.recv().map(|()| vec![]).map_err(|e| e.to_string()));
+        let earlier = states.lux(&windows, &[0.6]);
+        assert!(earlier.lux.is_some() && earlier.instead.unwrap().starts_with("an earlier state"));
+        drop(go);
+        settle(&mut states, "c", Err("no file".into()));
+        let failed = states.lux(&windows, &[0.6]);
+        assert!(failed.lux.is_none() && failed.instead.unwrap().contains("no file"));
+        assert_eq!(states.lux(&windows, &[0.0]), YearLux::default(), "back at the stored state");
+    }
 }
