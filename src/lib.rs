@@ -14,6 +14,7 @@ pub mod glare;
 pub mod gpu;
 pub mod image;
 pub mod kernels;
+pub mod limits;
 pub mod matrix;
 pub mod progress;
 pub mod scene;
@@ -21,6 +22,7 @@ pub mod simulate;
 pub mod sky;
 #[cfg(test)]
 mod testing;
+pub mod text;
 pub mod units;
 pub mod weather;
 
