@@ -4,7 +4,10 @@
 //! that know only *what* return `Error::new`; callers that know *where* add it on the way up.
 //! Broken invariants of the program itself are `assert!`s, never an `Error`.
 
+use crate::limits::WARNINGS_OF_A_KIND;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
+use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 use std::path::{Path, PathBuf};
 
 /// Result of every fallible public function.
@@ -15,13 +18,15 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error(Box<Details>);
 
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 struct Details {
     message: String,
     file: Option<PathBuf>,
     line: Option<usize>,
     field: Option<String>,
     help: Option<String>,
+    /// Of a warning: how many more of its kind were left out after it.
+    more: usize,
 }
 
 impl Error {
@@ -73,6 +78,24 @@ impl Error {
         self
     }
 
+    /// What warnings have in common that differ only in numbers and in names within quotes.
+    fn kind(&self) -> String {
+        let d = &self.0;
+        let (mut quoted, mut before) = (false, ' ');
+        let plain = d.message.chars().filter(|&c| {
+            // Not the apostrophe of "the window's".
+            quoted ^= c == '\'' && (quoted || !before.is_alphanumeric());
+            before = c;
+            !quoted && !c.is_ascii_digit()
+        });
+        format!(
+            "{}|{}|{}",
+            d.file.as_deref().unwrap_or(Path::new("")).display(),
+            d.help.as_deref().unwrap_or(""),
+            plain.collect::<String>()
+        )
+    }
+
     /// The message alone, without place and remedy.
     pub fn message(&self) -> &str {
         &self.0.message
@@ -95,6 +118,9 @@ impl fmt::Display for Error {
             write!(f, "{field}: ")?;
         }
         write!(f, "{}", d.message)?;
+        if d.more > 0 {
+            write!(f, " (and {} more like it)", d.more)?;
+        }
         if let Some(help) = &d.help {
             write!(f, "\n  help: {help}")?;
         }
@@ -104,12 +130,22 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+/// Warnings that are remembered in order not to be counted twice.
+const REMEMBERED: usize = 1 << 20;
+
 /// Collects what is suspicious but not fatal. Passed as a parameter, so that it is hard to ignore;
 /// the command line prints it, tests inspect it.
+///
+/// Of warnings that differ only in numbers and names, the first [`WARNINGS_OF_A_KIND`] are kept; the
+/// last of these says how many more there were.
 #[derive(Debug, Default, Clone)]
 pub struct Warnings {
-    all: Vec<Error>,
-    /// How many have been taken for display.
+    kept: Vec<Error>,
+    /// Of every warning so far, also those that are counted only.
+    seen: HashSet<u64>,
+    /// How many of each kind are kept, and which came last.
+    kinds: HashMap<String, (usize, usize)>,
+    /// How many of those kept have been taken for display.
     shown: usize,
 }
 
@@ -121,24 +157,68 @@ impl Warnings {
 
     /// Adds a warning; the same text is kept once.
     pub fn push(&mut self, warning: Error) {
-        if !self.all.contains(&warning) {
-            self.all.push(warning);
+        let hash = BuildHasherDefault::<DefaultHasher>::default().hash_one(&warning.0);
+        if self.seen.contains(&hash) {
+            return;
+        }
+        if self.seen.len() < REMEMBERED {
+            self.seen.insert(hash);
+        }
+        let (number, last) = self.kinds.entry(warning.kind()).or_default();
+        if *number < WARNINGS_OF_A_KIND {
+            (*number, *last) = (*number + 1, self.kept.len());
+            self.kept.push(warning);
+        } else {
+            self.kept[*last].0.more += 1 + warning.0.more;
         }
     }
 
-    /// All warnings in the order they arose.
+    /// All warnings that are kept, in the order they arose.
     pub fn iter(&self) -> impl Iterator<Item = &Error> {
-        self.all.iter()
+        self.kept.iter()
     }
 
     /// Whether nothing was found.
     pub fn is_empty(&self) -> bool {
-        self.all.is_empty()
+        self.kept.is_empty()
     }
 
     /// Those that have not been taken before, to be shown before long work.
     pub fn take_new(&mut self) -> &[Error] {
-        let first = std::mem::replace(&mut self.shown, self.all.len());
-        &self.all[first..]
+        let first = std::mem::replace(&mut self.shown, self.kept.len());
+        &self.kept[first..]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_warning_is_kept_once_and_a_kind_of_warnings_in_twenty() {
+        let mut warnings = Warnings::new();
+        let polygon = |i: usize| Error::new(format!("corners are {i}.5 off")).file("a.rad").line(i).field(format!("polygon 'p.{i}'"));
+        for _ in 0..3 {
+            warnings.push(polygon(1));
+        }
+        assert_eq!(warnings.iter().count(), 1);
+        for i in 0..200_000 {
+            warnings.push(polygon(i));
+        }
+        warnings.push(Error::new("something else"));
+        warnings.push(Error::new("something else").line(3));
+        warnings.push(Error::new("something else").help("a remedy makes it another kind"));
+        let texts: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(texts.len(), 20 + 3);
+        assert!(texts[18].ends_with("18.5 off"), "{}", texts[18]);
+        assert!(texts[19].ends_with("19.5 off (and 199980 more like it)"), "{}", texts[19]);
+        // Handed on to another collection nothing is lost.
+        let mut others = Warnings::new();
+        warnings.iter().for_each(|w| others.push(w.clone()));
+        assert_eq!(others.iter().map(ToString::to_string).collect::<Vec<_>>(), texts);
+        // A fault of another file is another kind.
+        others.push(polygon(7).file("b.rad"));
+        others.push(Error::new("corners are 7.5 off").file("b.rad"));
+        assert_eq!(others.iter().count(), 20 + 4);
     }
 }

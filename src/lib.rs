@@ -47,6 +47,7 @@ pub mod gpu;
 pub mod guide;
 pub mod image;
 pub mod kernels;
+pub mod limits;
 pub mod matrix;
 pub mod progress;
 pub(crate) mod random;
@@ -56,6 +57,7 @@ pub mod sky;
 mod statistics;
 #[cfg(test)]
 mod testing;
+pub mod text;
 pub mod units;
 pub mod weather;
 

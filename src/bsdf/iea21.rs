@@ -21,7 +21,7 @@
 use super::{Block, Bsdf, KlemsMatrix};
 use crate::bins::AngleBasis;
 use crate::error::{Error, Result};
-use crate::files;
+use crate::text;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -81,7 +81,7 @@ pub fn read(path: &Path) -> Result<Bsdf> {
         if std::fs::metadata(file).map_err(|e| Error::io(file, &e))?.len() > SIZE_LIMIT {
             return Err(Error::new(format!("more than {} MiB", SIZE_LIMIT >> 20)).file(file));
         }
-        parser.file(file, &String::from_utf8_lossy(&files::read(file)?))?;
+        parser.file(file, &text::read(file, "a table of IEA Task 21")?)?;
     }
     parser.finish().map_err(|e| e.file(path))
 }
@@ -133,7 +133,7 @@ impl Parser {
         if line.is_empty() || line.eq_ignore_ascii_case("end") {
             return Ok(());
         }
-        let numbers: Option<Vec<f64>> = line.split_whitespace().map(|w| w.parse().ok().filter(|v: &f64| v.is_finite())).collect();
+        let numbers: Option<Vec<f64>> = text::words(line)?.iter().map(|w| w.parse().ok().filter(|v: &f64| v.is_finite())).collect();
         let Some([phi, theta, value]) = numbers.and_then(|v| <[f64; 3]>::try_from(v).ok()) else {
             let shown: String = line.chars().take(60).collect();
             return Err(Error::new(format!("'{}' is not a row of three numbers", shown.escape_debug()))

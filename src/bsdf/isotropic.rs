@@ -9,6 +9,7 @@
 use super::{Block, Blocks, KlemsMatrix, projected_solid_angles};
 use crate::bins::AngleBasis;
 use crate::error::{Error, Result, Warnings};
+use crate::text;
 use std::f64::consts::PI;
 
 /// Specular and diffuse transmittance and reflectance at one angle of incidence.
@@ -63,7 +64,7 @@ impl AngularTable {
         for (number, line) in text.lines().enumerate() {
             let number = number + 1;
             let line = line.split('#').next().unwrap_or_default();
-            let words: Vec<&str> = line.split([' ', '\t', ',', ';']).filter(|w| !w.trim().is_empty()).collect();
+            let words = text::words(line).map_err(|e| e.line(number))?;
             if words.is_empty() {
                 continue;
             }

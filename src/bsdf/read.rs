@@ -10,6 +10,7 @@ use super::tree::TreeParser;
 use super::{Block, Bsdf, Component, Geometry};
 use crate::bins::AngleBasis;
 use crate::error::{Error, Result, Warnings};
+use crate::text;
 use quick_xml::events::Event;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -95,6 +96,9 @@ fn skip_junk(stream: &mut impl Read) -> Result<(usize, Vec<u8>)> {
         stream.take(1 << 16).read_to_end(&mut head).map_err(|e| Error::new(e.to_string()))?;
         if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
             return Err(Error::new("this file is in UTF-16, only UTF-8 is read").help("save it in UTF-8"));
+        }
+        if let Some(other) = text::Other::of(&head) {
+            return Err(other.instead_of("a BSDF file"));
         }
         if let Some(start) = ["<?xml", "<WindowElement", "<!"].iter().filter_map(|tag| find(&head, tag.as_bytes())).min() {
             let line = 1 + head[..start].iter().filter(|b| **b == b'\n').count();

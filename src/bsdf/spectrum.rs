@@ -8,7 +8,7 @@
 mod tables;
 
 use crate::error::{Error, Result};
-use crate::files;
+use crate::text;
 use serde_json::Value;
 use std::path::Path;
 use tables::{D65, PHOTOPIC, SOLAR, VISIBLE_START, VISIBLE_STEP};
@@ -145,9 +145,7 @@ pub fn read_pane(path: &Path) -> Result<MeasuredPane> {
     if size > SIZE_LIMIT {
         return Err(Error::new(format!("{} MiB are too much for the spectrum of a pane", size >> 20)).file(path));
     }
-    let bytes = files::read(path)?;
-    // Product names are in whatever encoding.
-    let text = String::from_utf8_lossy(&bytes);
+    let text = text::read(path, "the spectrum of a pane")?;
     let pane = if text.trim_start().starts_with('{') && serde_json::from_str::<Value>(&text).is_ok() {
         from_json(&text)
     } else {
@@ -189,11 +187,8 @@ pub fn from_text(text: &str) -> Result<MeasuredPane> {
             }
             continue;
         }
-        let words: Vec<f64> = line
-            .split([' ', '\t', ',', ';'])
-            .filter(|w| !w.is_empty())
-            .map_while(|w| w.parse().ok().filter(|v: &f64| v.is_finite()))
-            .collect();
+        let words = text::words(line).map_err(|e| e.line(number))?;
+        let words: Vec<f64> = words.iter().map_while(|w| w.parse().ok().filter(|v: &f64| v.is_finite())).collect();
         let [wavelength, t, front, back] = words[..] else {
             return Err(Error::new(format!("'{}' is not a row of four numbers", line.chars().take(60).collect::<String>().escape_debug()))
                 .line(number)

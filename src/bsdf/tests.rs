@@ -169,7 +169,7 @@ fn hostile_files_get_one_clear_error() {
     };
     assert!(error("").contains("not a BSDF file"));
     assert!(error(&"garbage\n".repeat(500_000)).contains("not a BSDF file"));
-    assert!(error("<?xml version=\"1.0\"?><html></html>").contains("no element WindowElement"));
+    assert!(error("<?xml version=\"1.0\"?><html></html>").contains("this is a web page (HTML), not a BSDF file"));
     assert!(error("<WindowElement></WindowElement>").contains("no WavelengthData"));
     assert!(changed(&data, &data.replacen("e", "x", 1)).contains("is not a number"));
     assert!(changed(&data, &format!("NaN {}", &data[16..])).contains("finite"));

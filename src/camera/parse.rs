@@ -2,7 +2,7 @@
 
 use super::{Projection, View};
 use crate::error::{Error, Result};
-use crate::files;
+use crate::{files, text};
 use glam::DVec3;
 use std::path::Path;
 
@@ -49,8 +49,9 @@ impl View {
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = files::read(path)?;
         // A picture's pixels follow an empty line.
-        let end = bytes.windows(2).position(|w| w == b"\n\n").unwrap_or(bytes.len());
-        Self::from_lines(&String::from_utf8_lossy(&bytes[..end])).map_err(|e| e.file(path))
+        let end = (0..bytes.len()).find(|&i| bytes[i..].starts_with(b"\n\n") || bytes[i..].starts_with(b"\n\r\n"));
+        let text = text::decode(&bytes[..end.unwrap_or(bytes.len())], "a view file");
+        text.and_then(|text| Self::from_lines(&text)).map_err(|e| e.file(path))
     }
 
     /// As [`Self::read`], from text.
@@ -104,7 +105,7 @@ impl View {
             word.parse()
                 .ok()
                 .filter(|v: &f64| v.is_finite())
-                .ok_or_else(|| Error::new(format!("expected a number, found '{word}'")).field(option))
+                .ok_or_else(|| Error::new(format!("expected a number, found '{word}'{}", text::why_no_number(word))).field(option))
         };
         let vector = || Ok::<_, Error>(DVec3::new(number(1)?, number(2)?, number(3)?));
         match name {

@@ -19,6 +19,7 @@
 use super::Matrix;
 use crate::error::{Error, Result};
 use crate::files::write_atomically;
+use crate::text;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
@@ -213,6 +214,16 @@ impl Header {
             colour_correction: [1.0; 3],
             kept: Vec::new(),
         };
+        let head = stream.fill_buf().map_err(|e| Error::new(e.to_string()))?;
+        if let Some(other) = text::Other::of(head) {
+            return Err(other.instead_of("a matrix"));
+        }
+        if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
+            return Err(Error::new("this file is in UTF-16, which no matrix is").help("save it as plain text"));
+        }
+        if head.starts_with(b"\xef\xbb\xbf") {
+            stream.consume(3);
+        }
         let mut limited = stream.take(HEADER_LIMIT);
         let mut line = Vec::new();
         for number in 1.. {
@@ -410,7 +421,9 @@ impl<T: Scalar> Values<T> {
 
     fn push_word(&mut self, word: &[u8]) -> Result<()> {
         let value = std::str::from_utf8(word).ok().and_then(T::parse).ok_or_else(|| {
-            Error::new(format!("'{}' is not a number ({})", String::from_utf8_lossy(word).escape_debug(), self.place(self.data.len())))
+            let word = String::from_utf8_lossy(word);
+            let place = self.place(self.data.len());
+            Error::new(format!("'{}' is not a number ({place}){}", word.escape_debug(), text::why_no_number(&word)))
                 .help("values are separated by white space; is the FORMAT of the header right?")
         })?;
         self.push(value)

@@ -1,6 +1,7 @@
 //! Sensors and the files that list them.
 
 use crate::error::{Error, Result};
+use crate::text;
 use glam::DVec3;
 use std::path::Path;
 
@@ -30,7 +31,9 @@ pub fn faces_up(direction: DVec3) -> bool {
 }
 
 /// Reads a points file: a line `x y z dx dy dz` per sensor, as for `rtrace -I`. Empty lines and
-/// lines that begin with `#` are skipped. Directions may have any length but zero.
+/// lines that begin with `#` are skipped. Directions may have any length but zero. As spreadsheets
+/// write them, numbers may be separated by commas or semicolons and have decimal commas
+/// ([`text::words`]).
 ///
 /// # Errors
 /// A file that cannot be read, lines with more or fewer than six numbers, numbers that are not
@@ -46,15 +49,15 @@ pub fn read_points(path: &Path) -> Result<Vec<Sensor>> {
 pub fn parse_points(bytes: &[u8]) -> Result<Vec<Sensor>> {
     const HELP: &str = "a line is 'x y z dx dy dz': a position and the direction the sensor faces";
     let mut sensors = Vec::new();
-    for (i, line) in bytes.split(|&b| b == b'\n').enumerate() {
+    for (i, line) in text::decode(bytes, "a points file")?.lines().enumerate() {
         let fault = |message: String| Error::new(message).line(i + 1).help(HELP);
-        let line = std::str::from_utf8(line).map_err(|_| fault("this is not text".into()))?.trim();
+        let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
         let mut values = [0.0f64; 6];
         let mut count = 0;
-        for word in line.split_whitespace() {
+        for word in &text::words(line).map_err(|e| e.line(i + 1))? {
             let value: f64 = word.parse().map_err(|_| fault(format!("'{}' is not a number", shortened(word))))?;
             if !value.is_finite() || value.abs() > 1e30 {
                 return Err(fault(format!("'{}' is not a usable number", shortened(word))));
@@ -109,6 +112,20 @@ mod tests {
     }
 
     #[test]
+    fn lists_of_spreadsheets_are_read() {
+        let expected = parse_points(b"1.5 -2.25 0.8 0 0 1").unwrap();
+        for line in [
+            "1,5 -2,25 0,8 0 0 1",
+            "1,5;-2,25;0,8;0;0;1",
+            "1.5,-2.25,0.8,0,0,1",
+            "1.5, -2.25, 0.8, 0, 0, 1",
+            "1,500\t-2,250\t0,800\t0\t0\t1",
+        ] {
+            assert_eq!(parse_points(line.as_bytes()).unwrap(), expected, "{line}");
+        }
+    }
+
+    #[test]
     fn faults_are_named_with_their_line() {
         for (text, words) in [
             ("1 2 3 0 0 1\n1 2 3 0 0\n", "line 2: 5 numbers instead of 6"),
@@ -117,6 +134,8 @@ mod tests {
             ("1 2 3 0 inf 1\n", "line 1: 'inf' is not a usable number"),
             ("1 2 3 0 0 0\n", "line 1: the direction has no length"),
             ("\n1 2 three 0 0 1\n", "line 2: 'three' is not a number"),
+            ("1,250 2,500 3,000 0 0 1\n", "line 1: '1,250' may mean 1.250 or 1250"),
+            ("1,5 2.5 3 0 0 1\n", "line 1: 7 numbers instead of 6"),
             ("", "no sensor"),
             ("# only a comment\n", "no sensor"),
         ] {

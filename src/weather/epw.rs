@@ -1,7 +1,7 @@
 //! EnergyPlus weather files (EnergyPlus Auxiliary Programs, "EPW data dictionary"): eight header
 //! lines of comma-separated words, then one line per time step. Only what daylight needs is read.
 
-use super::{Calendar, MAX_IRRADIANCE, Quantity, Record, Weather, bounded, check_site, date, number, series};
+use super::{Calendar, Quantity, Radiation, Record, Weather, bounded, check_site, date, number, series};
 use crate::error::{Error, Result, Warnings};
 use series::Period;
 
@@ -10,7 +10,6 @@ const DEW_POINT: usize = 7;
 const DIRECT_NORMAL: usize = 14;
 const DIFFUSE_HORIZONTAL: usize = 15;
 const MISSING_DEW_POINT: f64 = 99.9;
-const MISSING_IRRADIANCE: f64 = 9999.0;
 
 pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
     let mut lines = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).filter(|(_, l)| !l.is_empty());
@@ -36,6 +35,7 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
 
     let mut calendar = Calendar::default();
     let mut columns = None;
+    let mut radiation = Radiation::new(weather.quantity);
     for (line, content) in lines {
         let fields: Vec<&str> = content.split(',').collect();
         let wanted = *columns.get_or_insert(fields.len().max(DIFFUSE_HORIZONTAL + 1));
@@ -44,13 +44,16 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
                 Error::new(format!("the record has {} fields where {wanted} are expected: it is cut short", fields.len())).line(line)
             );
         }
-        weather.records.push(record(&fields, line, period.per_hour, &mut calendar).map_err(|e| e.line(line))?);
+        let mut record = record(&fields, line, period.per_hour, &mut calendar).map_err(|e| e.line(line))?;
+        radiation.read([fields[DIRECT_NORMAL], fields[DIFFUSE_HORIZONTAL]], &mut record, &weather).map_err(|e| e.line(line))?;
+        weather.records.push(record);
         last_line = line;
     }
     if weather.records.is_empty() {
         return Err(Error::new("the file ends after its header: there is no time step").line(last_line));
     }
-    series::check_epw(&weather.records, &period)?;
+    radiation.warn(warnings);
+    series::check_epw(&weather.records, &period, warnings)?;
     Ok(weather)
 }
 
@@ -98,34 +101,17 @@ fn epw_date(text: &str) -> Option<(u8, u8)> {
     date(parts.next()?, parts.next()?).ok()
 }
 
+/// A record without its radiation.
 fn record(fields: &[&str], line: usize, per_hour: u32, calendar: &mut Calendar) -> Result<Record> {
     let (month, day) = date(fields[1], fields[2])?;
     let hour = bounded(fields[3], "hour", 1.0, 24.0, "")?;
     let minute = bounded(fields[4], "minute", 0.0, 60.0, "")?;
     // Hourly records stand for the hour that ends; finer ones for their instant (as gendaymtx).
     let hour = hour - 1.0 + if per_hour == 1 { 0.5 } else { minute / 60.0 };
-    let irradiance = |column: usize, name: &str| {
-        let text = fields[column].trim();
-        if text.is_empty() || number(text, name)? >= MISSING_IRRADIANCE {
-            return Err(Error::new(format!("the value is missing ({})", if text.is_empty() { "empty" } else { text }))
-                .field(name)
-                .help("fill the gap, for instance from a neighbouring hour, or use another weather file"));
-        }
-        bounded(text, name, 0.0, MAX_IRRADIANCE, " W/m²")
-    };
     let dew_point = match fields[DEW_POINT].trim() {
         "" => None,
         text if (number(text, "dew point")? - MISSING_DEW_POINT).abs() < 1e-6 => None,
         text => Some(bounded(text, "dew point", -90.0, 70.0, " °C")?),
     };
-    Ok(Record {
-        month,
-        day,
-        hour,
-        day_of_year: calendar.day_of_year(month, day),
-        direct: irradiance(DIRECT_NORMAL, "direct normal irradiance")?,
-        diffuse: irradiance(DIFFUSE_HORIZONTAL, "diffuse horizontal irradiance")?,
-        dew_point,
-        line,
-    })
+    Ok(Record { month, day, hour, day_of_year: calendar.day_of_year(month, day), direct: 0.0, diffuse: 0.0, dew_point, line })
 }

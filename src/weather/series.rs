@@ -1,6 +1,6 @@
 //! Whether a file's time steps follow each other without gaps, and fit the sun.
 
-use super::{Quantity, Record, Weather, days_in};
+use super::{DAYS_BEFORE, Quantity, Record, Weather, days_in};
 use crate::error::{Error, Result, Warnings};
 use crate::units::LUMINOUS_EFFICACY;
 
@@ -42,7 +42,8 @@ fn gap(records: &[Record], step: f64) -> Option<Error> {
     )))
 }
 
-fn time(r: &Record) -> String {
+/// Date and hour of a record, for messages.
+pub(super) fn time(r: &Record) -> String {
     format!("{}/{} {:.2} h", r.month, r.day, r.hour)
 }
 
@@ -54,9 +55,10 @@ fn ends_its_day(last: &Record, step: f64) -> bool {
     last.hour > 24.0 - step - SLACK_HOURS
 }
 
-/// An EPW file must hold exactly the period that its header promises; less than a day is taken for
-/// an excerpt made by hand.
-pub(super) fn check_epw(records: &[Record], period: &Period) -> Result<()> {
+/// An EPW file may hold chosen hours or days of the period that its header promises, as a WEA file
+/// may; a warning says so. One that spans the period must be complete: a gap is a loss where more
+/// than half of the steps are there. Less than a day is taken for an excerpt made by hand.
+pub(super) fn check_epw(records: &[Record], period: &Period, warnings: &mut Warnings) -> Result<()> {
     let step = 1.0 / f64::from(period.per_hour);
     let (Some([first_date, last_date]), Some(first), Some(last)) = (period.limits, records.first(), records.last()) else {
         return Ok(());
@@ -64,27 +66,37 @@ pub(super) fn check_epw(records: &[Record], period: &Period) -> Result<()> {
     if records.len() < 24 * period.per_hour as usize {
         return Ok(());
     }
-    if let Some(error) = gap(records, step) {
-        return Err(error);
-    }
-    let missing = |r: &Record, what: &str, date: (u8, u8)| {
-        Error::new(format!(
-            "time steps are missing: the records {what} on {}, the header's DATA PERIODS says {}/{}",
-            time(r),
-            date.0,
-            date.1
-        ))
-        .line(r.line)
-        .help("get the complete file, or correct its DATA PERIODS if a part of the year is meant")
-    };
-    if (first.month, first.day) != first_date || !starts_its_day(first, step) {
-        return Err(missing(first, "begin", first_date));
-    }
+    let begins = (first.month, first.day) == first_date && starts_its_day(first, step);
     let leap_february = last_date == (2, 28) && (last.month, last.day) == (2, 29);
-    if ((last.month, last.day) != last_date && !leap_february) || !ends_its_day(last, step) {
-        return Err(missing(last, "end", last_date));
+    let ends = ((last.month, last.day) == last_date || leap_february) && ends_its_day(last, step);
+    let promised = days_from(first_date, last_date) * 24 * period.per_hour as usize;
+    match gap(records, step) {
+        Some(error) if begins && ends && 2 * records.len() > promised => return Err(error),
+        None if begins && ends => return Ok(()),
+        _ => {}
     }
+    warnings.push(
+        Error::new(format!(
+            "the file has {} time steps, from {} to {}; its DATA PERIODS promises {promised}, from {}/{} to {}/{}: those that are there are used",
+            records.len(),
+            time(first),
+            time(last),
+            first_date.0,
+            first_date.1,
+            last_date.0,
+            last_date.1
+        ))
+        .line(first.line)
+        .help("if all of them are meant, get the complete file"),
+    );
     Ok(())
+}
+
+/// Days from one date to another, both counted, in a common year; over New Year if the second comes
+/// before the first.
+fn days_from(first: (u8, u8), last: (u8, u8)) -> usize {
+    let day = |(month, day): (u8, u8)| usize::from(DAYS_BEFORE[usize::from(month) - 1]) + usize::from(day);
+    (day(last) + 365 - day(first)) % 365 + 1
 }
 
 /// A WEA file may list any hours, in any order. One that spans the whole year from its first to
@@ -117,11 +129,17 @@ pub(super) fn check_wea(records: &[Record], warnings: &mut Warnings) -> Result<(
     }
 }
 
-/// Direct sun while the sun is below the horizon betrays a wrong site or clock (gendaymtx warns of
-/// each such hour; here they are counted).
+/// Direct sun while the sun is below the horizon for the whole step betrays a wrong site or clock.
+/// (gendaymtx looks at one instant of each step: it calls most hours of sunrise and sunset wrong.)
 pub(super) fn check_sun(weather: &Weather, warnings: &mut Warnings) {
     let bright = if weather.quantity == Quantity::Illuminance { 20.0 * LUMINOUS_EFFICACY } else { 20.0 };
-    let mut dark = weather.records.iter().filter(|r| r.direct > bright && !weather.sun(r).is_up());
+    let step = usual_step(&weather.records);
+    // The middle of an hour stands for that hour; of other stamps nobody knows whether their step
+    // begins, ends or has its middle there.
+    let reach = |r: &Record| if (r.hour.fract() - 0.5).abs() < SLACK_HOURS && step > 1.0 - SLACK_HOURS { step / 2.0 } else { step };
+    let is_dark =
+        |r: &Record| [-1.0, -0.5, 0.0, 0.5, 1.0].iter().all(|k| !weather.sun(&Record { hour: r.hour + k * reach(r), ..*r }).is_up());
+    let mut dark = weather.records.iter().filter(|r| r.direct > bright && is_dark(r));
     if let Some(first) = dark.next() {
         let others = dark.count();
         let more = if others > 0 { format!(", and {others} more like it") } else { String::new() };
@@ -131,4 +149,10 @@ pub(super) fn check_sun(weather: &Weather, warnings: &mut Warnings) {
                 .help("check latitude, longitude, time zone and their signs"),
         );
     }
+}
+
+/// Hours from one record to the next, where they follow each other most closely; at most one.
+fn usual_step(records: &[Record]) -> f64 {
+    let steps = records.windows(2).filter_map(|w| hours_between(&w[0], &w[1]));
+    steps.filter(|h| *h > SLACK_HOURS).fold(1.0, f64::min)
 }

@@ -143,9 +143,9 @@ fn a_missing_hour_is_named_with_its_line() {
     assert_eq!(read(&day).records.len(), 48);
     let without = |line: usize| day.lines().enumerate().filter(|(i, _)| i + 1 != line).map(|(_, l)| format!("{l}\n")).collect::<String>();
     assert!(refusal(&without(20)).starts_with("line 20: time steps are missing: 6/21 10.50 h is followed by 6/21 12.50 h"));
-    assert!(refusal(&without(9)).starts_with("line 9: time steps are missing: the records begin on 6/21 1.50 h"));
-    assert!(refusal(&without(56)).starts_with("line 55: time steps are missing: the records end on 6/22 22.50 h"));
-    assert!(refusal(&hourly_epw("6/21,6/24", &[(6, 21), (6, 22)])).contains("DATA PERIODS says 6/24"));
+    assert!(warning(&without(9)).contains("47 time steps, from 6/21 1.50 h to 6/22 23.50 h; its DATA PERIODS promises 48"));
+    assert!(warning(&without(56)).contains("47 time steps, from 6/21 0.50 h to 6/22 22.50 h; its DATA PERIODS promises 48"));
+    assert!(warning(&hourly_epw("6/21,6/24", &[(6, 21), (6, 22)])).contains("promises 96, from 6/21 to 6/24"));
     assert!(warning(&day.replace("DATA PERIODS,1,", "DATA PERIODS,2,")).contains("several data periods"));
     assert!(warning(&day.replace("6/21,6/22", "summer,?")).contains("first and last date are not readable"));
 }
@@ -163,7 +163,8 @@ fn impossible_values_are_refused_with_line_and_field() {
         ("1 1 12 -5 0", "direct normal irradiance: -5 is impossible"),
         ("1 1 12 0 -0.1", "diffuse horizontal irradiance: -0.1 is impossible"),
         ("1 1 12 1501 0", "direct normal irradiance: 1501 is impossible"),
-        ("1 1 12 0 9999", "diffuse horizontal irradiance: 9999 is impossible"),
+        ("1 1 12 0 9998", "diffuse horizontal irradiance: 9998 is impossible"),
+        ("1 1 12 0 9999", "diffuse horizontal irradiance: the value is missing (9999)"),
         ("1 1 12 nan 0", "direct normal irradiance: 'nan' is not a number"),
         ("1 1 12 0 inf", "diffuse horizontal irradiance: 'inf' is not a number"),
         ("1 1 12 0", "a record needs 5 columns, this line has 4"),
@@ -192,6 +193,99 @@ fn impossible_values_are_refused_with_line_and_field() {
 }
 
 #[test]
+fn chosen_hours_of_an_epw_file_are_read_as_those_of_a_wea_file() {
+    let hours = || [(3, 21), (6, 21), (9, 21), (12, 21)].into_iter().flat_map(|(m, d)| (8..=17).map(move |h| (m, d, h)));
+    let lines = |direct: &str| hours().map(|(m, d, h)| epw_line(m, d, h, 60, "5.0", direct, "100")).collect::<String>();
+    let chosen = epw("1,Data,Sunday,1/ 1,12/31", &lines("600"));
+    let e = read(&chosen);
+    let w = read(&wea(&hours()
+        .map(|(m, d, h)| format!("{m} {d} {h}.5 600 100\n").replace(&format!("{h}.5"), &format!("{}.5", h - 1)))
+        .collect::<String>()));
+    assert_eq!(e.records.len(), 40);
+    for (a, b) in e.records.iter().zip(&w.records) {
+        assert_eq!((a.day_of_year, a.hour, a.direct, a.diffuse), (b.day_of_year, b.hour, b.direct, b.diffuse));
+    }
+    let text = warning(&chosen);
+    assert!(text.contains("40 time steps, from 3/21 7.50 h to 12/21 16.50 h; its DATA PERIODS promises 8760, from 1/1 to 12/31"), "{text}");
+    // A year that lacks a few hours is a loss.
+    let days: Vec<(u8, u8)> = (1..=12).flat_map(|m| (1..=days_in(m)).map(move |d| (m, d))).filter(|d| *d != (2, 29)).collect();
+    let year = hourly_epw("1/1,12/31", &days);
+    assert_eq!(read(&year).records.len(), 8760);
+    let lost: String = year.lines().enumerate().filter(|(i, _)| *i != 4000).map(|(_, l)| format!("{l}\n")).collect();
+    assert!(refusal(&lost).starts_with("line 4001: time steps are missing"));
+    // Every other day: nobody loses half a year.
+    let half: Vec<(u8, u8)> = days.iter().copied().step_by(2).collect();
+    assert!(warning(&hourly_epw("1/1,12/31", &half[1..])).contains("4368 time steps"));
+}
+
+#[test]
+fn radiation_that_was_not_measured_at_night_is_none() {
+    // 21 June at 40.78° N: the sun rises at 4:27 and sets at 19:33, so 4.5 h and 19.5 h are day.
+    let day = |at_night: [&str; 2], at_noon: [&str; 2]| {
+        let line = |h: u8| {
+            let [direct, diffuse] = match h {
+                5..=20 if h != 12 => ["600", "120"],
+                12 => at_noon,
+                _ => at_night,
+            };
+            epw_line(6, 21, h, 60, "5.0", direct, diffuse)
+        };
+        epw("1,Data,Sunday,6/21,6/21", &(1..=24).map(line).collect::<String>())
+    };
+    let plain = read(&day(["0", "0"], ["600", "120"]));
+    assert_eq!(warning(&day(["0", "0"], ["600", "120"])), "");
+    for at_night in [["-999", "-999"], ["9999", "9999"], ["", ""], ["-0.4", "0"], ["0", "-1.5"], ["-9999", "999999"]] {
+        let text = day(at_night, ["600", "120"]);
+        assert_eq!(read(&text).records, plain.records, "{at_night:?}");
+        let warned = warning(&text);
+        assert!(warned.contains("line 9: negative or missing radiation while the sun is down ("), "{warned}");
+        assert!(warned.contains("at 6/21 0.50 h, and 7 more steps): 0 is used"), "{warned}");
+    }
+    for (at_noon, message) in [
+        (["-999", "100"], "line 20: direct normal irradiance: the value is missing (-999)"),
+        (["600", "9999"], "line 20: diffuse horizontal irradiance: the value is missing (9999)"),
+        (["", "100"], "line 20: direct normal irradiance: the value is missing (empty)"),
+        (["-5", "100"], "line 20: direct normal irradiance: -5 is impossible"),
+    ] {
+        assert!(refusal(&day(["0", "0"], at_noon)).starts_with(message), "{}", refusal(&day(["0", "0"], at_noon)));
+    }
+    // WEA files of all three kinds.
+    for units in ["1", "2", "3"] {
+        let text = wea("6 21 0.5 -999 -999\n6 21 1.5 999999 0\n6 21 12.5 700 120\n").replace("units 1", &format!("units {units}"));
+        let values: Vec<_> = read(&text).records.iter().map(|r| (r.direct, r.diffuse)).collect();
+        assert_eq!(values, [(0.0, 0.0), (0.0, 0.0), (700.0, 120.0)]);
+        assert!(warning(&text).contains("(-999 at 6/21 0.50 h, and 1 more steps)"), "{}", warning(&text));
+        assert!(refusal(&text.replace("12.5 700", "12.5 -999")).contains("the value is missing (-999)"));
+    }
+}
+
+#[test]
+fn only_hours_that_are_dark_from_beginning_to_end_make_a_site_suspect() {
+    // 1 February at 40.78° N 73.97° W: sunrise at 7:05, sunset at 17:12 (day 32, gendaymtx's sun).
+    let at = |hour: &str| warning(&wea(&format!("2 1 {hour} 60 10\n")));
+    for up_for_a_part in ["7.5", "16.5", "17.5", "17", "18", "7", "8"] {
+        assert_eq!(at(up_for_a_part), "", "{up_for_a_part}");
+    }
+    // 6.5 stands for the hour from 6 to 7.
+    for dark in ["18.5", "6.5", "5.5", "0.5", "19", "6"] {
+        assert!(at(dark).contains("direct sun while the sun is below the horizon"), "{dark}");
+    }
+    // Quarters of an hour are judged as such: half past five is a quarter of an hour too late.
+    let quarters = |hour: &str| warning(&wea(&format!("2 1 12.25 600 100\n2 1 12.50 600 100\n2 1 {hour} 60 10\n")));
+    assert!(!quarters("17.25").contains("check latitude") && quarters("17.75").contains("check latitude"));
+}
+
+#[test]
+fn an_epw_file_that_a_spreadsheet_saved_with_semicolons_keeps_its_values() {
+    let plain = epw("1,Data,Sunday,6/21,6/21", &epw_line(6, 21, 12, 60, "5.5", "850.5", "100"));
+    let saved = plain.replace(',', ";").replace('.', ",").replace("Sunday,", "Sunday;");
+    let (a, b) = (read(&plain), read(&saved));
+    assert_eq!((a.latitude, a.longitude, a.elevation), (b.latitude, b.longitude, b.elevation));
+    assert_eq!(a.records, b.records);
+    assert!(warning(&saved).contains("semicolons"));
+}
+
+#[test]
 fn a_missing_dew_point_is_no_error() {
     let lines = [epw_line(6, 21, 12, 60, "99.9", "850", "100"), epw_line(6, 21, 13, 60, "", "850", "100")].concat();
     assert!(read(&epw("1,Data,Sunday,6/21,6/21", &lines)).records.iter().all(|r| r.dew_point.is_none()));
@@ -201,7 +295,7 @@ fn a_missing_dew_point_is_no_error() {
 fn damaged_headers_say_what_they_lack() {
     assert!(refusal("").contains("the file is empty"));
     assert!(refusal(" \n\n").contains("the file is empty"));
-    assert!(refusal("\u{0}\u{1}ELF").contains("neither an EPW file"));
+    assert!(refusal("\u{0}\u{1}ELF").contains("this is binary data, not a weather file"));
     assert!(refusal("hello").contains("neither an EPW file"));
     for key in ["latitude", "longitude", "time_zone", "weather_data_file_units"] {
         let without: String = wea("1 1 1 0 0\n").lines().filter(|l| !l.starts_with(key)).map(|l| format!("{l}\n")).collect();

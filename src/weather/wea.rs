@@ -10,8 +10,9 @@
 //! 1 1 0.500 0 0                   month day hour direct diffuse [aerosol optical depth, cloud cover…]
 //! ```
 
-use super::{Calendar, MAX_ILLUMINANCE, MAX_IRRADIANCE, Quantity, Record, Weather, bounded, check_site, date, number, series};
+use super::{Calendar, Quantity, Radiation, Record, Weather, bounded, check_site, date, number, series};
 use crate::error::{Error, Result, Warnings};
+use crate::text;
 
 const KEYS: [&str; 6] = ["place", "latitude", "longitude", "time_zone", "site_elevation", "weather_data_file_units"];
 
@@ -68,39 +69,31 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
     };
     check_site(&weather, warnings);
     let mut calendar = Calendar::default();
+    let mut radiation = Radiation::new(quantity);
     for (line, content) in lines {
-        weather.records.push(record(content, line, quantity, &mut calendar).map_err(|e| e.line(line))?);
+        let record = record(content, line, &weather, &mut radiation, &mut calendar).map_err(|e| e.line(line))?;
+        weather.records.push(record);
         last_line = line;
     }
     if weather.records.is_empty() {
         return Err(Error::new("the file ends after its header: there is no time step").line(last_line));
     }
+    radiation.warn(warnings);
     series::check_wea(&weather.records, warnings)?;
     Ok(weather)
 }
 
-fn record(content: &str, line: usize, quantity: Quantity, calendar: &mut Calendar) -> Result<Record> {
-    let words: Vec<&str> = content.split_whitespace().collect();
-    let &[month, day, hour, direct, diffuse, ..] = words.as_slice() else {
+fn record(content: &str, line: usize, weather: &Weather, radiation: &mut Radiation, calendar: &mut Calendar) -> Result<Record> {
+    let words = text::words(content)?;
+    let [month, day, hour, direct, diffuse, ..] = words.as_slice() else {
         // A header line out of place and a cut line are different mistakes.
-        number(words[0], "month").map_err(|e| e.help("a record is: month day hour direct diffuse"))?;
+        number(words.first().map_or("", |w| w), "month").map_err(|e| e.help("a record is: month day hour direct diffuse"))?;
         return Err(Error::new(format!("a record needs 5 columns, this line has {}", words.len())).help("month day hour direct diffuse"));
     };
     let (month, day) = date(month, day)?;
     let hour = bounded(hour, "hour", 0.0, 24.0, "")?;
-    let (names, most, unit) = match quantity {
-        Quantity::NormalIrradiance => (["direct normal irradiance", "diffuse horizontal irradiance"], MAX_IRRADIANCE, " W/m²"),
-        Quantity::HorizontalIrradiance => (["direct horizontal irradiance", "diffuse horizontal irradiance"], MAX_IRRADIANCE, " W/m²"),
-        Quantity::Illuminance => (["direct normal illuminance", "diffuse horizontal illuminance"], MAX_ILLUMINANCE, " lx"),
-    };
-    Ok(Record {
-        month,
-        day,
-        hour,
-        day_of_year: calendar.day_of_year(month, day),
-        direct: bounded(direct, names[0], 0.0, most, unit)?,
-        diffuse: bounded(diffuse, names[1], 0.0, most, unit)?,
-        dew_point: None,
-        line,
-    })
+    let day_of_year = calendar.day_of_year(month, day);
+    let mut record = Record { month, day, hour, day_of_year, direct: 0.0, diffuse: 0.0, dew_point: None, line };
+    radiation.read([direct, diffuse], &mut record, weather)?;
+    Ok(record)
 }

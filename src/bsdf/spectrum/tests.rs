@@ -67,7 +67,7 @@ fn faulty_spectra_are_explained() {
     let fault = |text: &str| from_text(text).unwrap_err().to_string();
     assert!(fault("0.3 0.1 0.1 0.1\n0.5 x 0.1 0.1\n").contains("line 2"));
     assert!(fault("0.3 0.1 0.1 nan\n").contains("not a row"));
-    assert!(fault("0,3 0,1 0,1 0,1\n").contains("not a row"));
+    assert!(fault("0,3 0.1 0.1 0.1\n").contains("not a row"));
     assert!(fault("").contains("no rows"));
     assert!(fault("{ Thickness } thin\n").contains("thickness"));
     assert!(fault("0.4 0.1 0.1 0.1\n2.5 0.1 0.1 0.1\n").contains("0.3 to 2.5"));

@@ -2,7 +2,7 @@
 
 use lucarne::bsdf::isotropic::{AngularTable, Sample};
 use lucarne::bsdf::{self, Blocks, Bsdf};
-use lucarne::{Error, Result, Warnings, files};
+use lucarne::{Error, Result, Warnings, text};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -54,8 +54,7 @@ pub struct Args {
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let basis = super::klems_basis(&args.basis)?;
     let from_file = |path: &Path, warnings: &mut Warnings| -> Result<Blocks> {
-        let bytes = files::read(path)?;
-        let text = String::from_utf8(bytes).map_err(|_| Error::new("this is not a text file").file(path))?;
+        let text = text::read(path, "a table of angular values")?;
         let table = AngularTable::parse(&text, warnings).map_err(|e| e.file(path))?;
         Ok(table.to_blocks(&basis, warnings))
     };

@@ -1,7 +1,7 @@
 //! Buffers of glTF files and typed reading from them, with every bound checked.
 
 use crate::error::{Error, Result};
-use crate::files;
+use crate::{files, limits};
 use glam::DVec3;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::{Source, View};
@@ -45,17 +45,35 @@ impl Buffers {
     /// The three-component vectors of an accessor.
     ///
     /// # Errors
-    /// Other types than f32 vectors of three; data outside the buffers.
+    /// As [`floats`](Self::floats).
     pub fn vectors(&self, accessor: &gltf::Accessor) -> Result<Vec<DVec3>> {
+        Ok(self.floats::<3>(accessor)?.into_iter().map(DVec3::from_array).collect())
+    }
+
+    /// The vectors of N components of an accessor: 32-bit floats, or integers of 8 or 16 bits, normalised
+    /// or not, as `KHR_mesh_quantization` has them.
+    ///
+    /// # Errors
+    /// Other types of numbers or vectors; data outside the buffers.
+    pub fn floats<const N: usize>(&self, accessor: &gltf::Accessor) -> Result<Vec<[f64; N]>> {
         let at = |e: Error| e.field(format!("accessor {}", accessor.index()));
-        if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {
-            return Err(at(Error::new("positions and normals must be vectors of three 32-bit floats").help("export without quantisation")));
+        if accessor.dimensions().multiplicity() != N || matches!(accessor.dimensions(), Dimensions::Mat2) {
+            return Err(at(
+                Error::new(format!("{N} components are needed, this has {:?}", accessor.dimensions())).help("export the file again")
+            ));
         }
-        self.elements(accessor, 12, |bytes| {
-            let float = |i: usize| f64::from(f32::from_le_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]));
-            DVec3::new(float(0), float(4), float(8))
-        })
-        .map_err(at)
+        // Bytes of a component, and the value that stands for 1.
+        let (size, one, number): (usize, f64, fn(&[u8]) -> f64) = match accessor.data_type() {
+            DataType::F32 => (4, 1.0, |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
+            DataType::I8 => (1, 127.0, |b| f64::from(b[0].cast_signed())),
+            DataType::U8 => (1, 255.0, |b| f64::from(b[0])),
+            DataType::I16 => (2, 32767.0, |b| f64::from(i16::from_le_bytes([b[0], b[1]]))),
+            DataType::U16 => (2, 65535.0, |b| f64::from(u16::from_le_bytes([b[0], b[1]]))),
+            DataType::U32 => return Err(at(Error::new("vectors cannot be integers of 32 bits").help("export the file again"))),
+        };
+        let one = if accessor.normalized() { one } else { 1.0 };
+        let lowest = if accessor.normalized() { -1.0 } else { f64::NEG_INFINITY };
+        self.elements(accessor, N * size, |bytes| std::array::from_fn(|i| (number(&bytes[i * size..]) / one).max(lowest))).map_err(at)
     }
 
     /// The indices of an accessor.
@@ -78,7 +96,12 @@ impl Buffers {
         let mut values = match accessor.view() {
             Some(view) => self.decoded(&view, accessor.offset(), count, size, &decode)?,
             // Without a view all elements are zero, but for the sparse ones.
-            None if accessor.sparse().is_some() && count <= MAX_ELEMENTS => vec![decode(&[0; 16]); count],
+            None if accessor.sparse().is_some() && count <= limits::EMPTY_ELEMENTS => vec![decode(&[0; 16]); count],
+            None if accessor.sparse().is_some() => {
+                return Err(
+                    limits::exceeded("the accessor has no data, but", limits::EMPTY_ELEMENTS, "elements").help("export the file again")
+                );
+            }
             None => return Err(Error::new("the accessor has no data").help("export the file again, without compression of meshes")),
         };
         if let Some(sparse) = accessor.sparse() {
@@ -115,9 +138,6 @@ impl Buffers {
         }
     }
 }
-
-/// Most elements an accessor without data may claim.
-const MAX_ELEMENTS: usize = 1 << 26;
 
 fn unsigned_size(data_type: DataType) -> Option<usize> {
     match data_type {

@@ -5,13 +5,15 @@
 //! | emissive colour × strength > 0 (cd/m², `KHR_materials_emissive_strength`) | glow, radiance = luminance / 179 |
 //! | transmission 1, roughness ≤ 0.05, not metallic | glass: base colour is the transmittance at normal incidence, refraction index by `KHR_materials_ior` (1.5 by default) |
 //! | transmission > 0 otherwise | trans: colour = base colour, transmissivity = transmission, transmitted specularity 1, with the roughness |
+//! | `alphaMode: MASK` and alpha below `alphaCutoff` | nothing: the surface is not there, with a warning |
 //! | alpha < 1 with `alphaMode: BLEND` | glass of transmittance 1 − alpha in all colours, with a warning |
 //! | metallic ≥ 0.5 | metal: colour = base colour, specularity 1 |
 //! | otherwise | plastic: colour = base colour, specularity = ((n−1)/(n+1))², 0.04 by default |
 //!
 //! Radiance's roughness (RMS slope of the facets) is glTF's roughness squared. Above
 //! [`ROUGHEST_SPECULAR`] a surface reflects diffusely only: Ward's model is made for small slopes.
-//! Colours are taken as Radiance's RGB. Textures are left out with a warning, as are metallic values between 0 and
+//! Colours are taken as Radiance's RGB. Textures are left out with a warning, holes and opacity that a texture
+//! would give included (the surface is whole then), as are metallic values between 0 and
 //! 1, which are rounded.
 
 use crate::error::{Error, Result, Warnings};
@@ -40,6 +42,13 @@ pub fn kind(material: &gltf::Material, warnings: &mut Warnings) -> Result<Materi
         || transmission.as_ref().is_some_and(|t| t.transmission_texture().is_some());
     if textured {
         warn("its textures are left out: only the constant factors are used".into(), exactly);
+    }
+    if pbr.base_color_texture().is_some() && material.alpha_mode() != AlphaMode::Opaque {
+        let what = if material.alpha_mode() == AlphaMode::Mask { "alpha mask" } else { "opacity" };
+        warn(
+            format!("its {what}, which a picture gives, is left out: the surface has no holes"),
+            "cut the holes into the mesh, or give a material that passes as much light in the extras: \"radiance\": \"void trans …\"",
+        );
     }
     let [red, green, blue, alpha] = pbr.base_color_factor().map(decimal);
     let color = [red, green, blue];
@@ -78,6 +87,10 @@ pub fn kind(material: &gltf::Material, warnings: &mut Warnings) -> Result<Materi
     if material.alpha_mode() == AlphaMode::Blend && alpha < 1.0 && transmitted == 0.0 {
         warn(format!("its opacity {alpha} is taken for a pane that transmits {:.3}", 1.0 - alpha), exactly);
         return Ok(pane([1.0 - alpha; 3], index));
+    }
+    if material.alpha_mode() == AlphaMode::Mask && alpha < decimal(material.alpha_cutoff().unwrap_or(0.5)) {
+        warn(format!("its opacity {alpha} is below the cutoff of its alpha mask: the surface is left out"), exactly);
+        return Ok(MaterialKind::Void);
     }
     let roughness = gltf_roughness * gltf_roughness;
     let specular_at_normal = ((index - 1.0) / (index + 1.0)).powi(2);

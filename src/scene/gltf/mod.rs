@@ -6,8 +6,11 @@
 //! serve as metre); [`Options`] say it for them.
 //!
 //! **Geometry.** Triangles, strips and fans of the nodes of the default scene, placed by the
-//! nodes' transformations. All surfaces have two sides. Skins, morph targets, animations, cameras and
-//! lights are left out.
+//! nodes' transformations, once for each instance of `EXT_mesh_gpu_instancing`. All surfaces have two
+//! sides. Skins, morph targets, animations, cameras and lights are left out.
+//!
+//! **Extensions.** Those of [`extensions::OBEYED`] are obeyed. Of any other that a file uses a warning
+//! tells; one that it requires is refused.
 //!
 //! **Materials.** An exact Radiance material by the material's `extras`: `"radiance": "void plastic
 //! wall 0 0 5 .5 .5 .5 0 0"`. Otherwise see [`materials`].
@@ -22,6 +25,8 @@
 //! | `"sensors": "workplane"` | `sensors:workplane` | each vertex is a sensor that faces along its normal |
 
 mod buffers;
+pub mod extensions;
+mod instances;
 pub mod materials;
 mod write;
 
@@ -31,19 +36,13 @@ use super::points::Sensor;
 use super::windows::WindowBuilder;
 use super::{Material, MaterialIndex, Scene, SurfaceOrigin, Triangle, Window};
 use crate::error::{Error, Result, Warnings};
-use crate::files;
+use crate::{files, limits, text};
 use buffers::Buffers;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use gltf::mesh::Mode;
 use serde_json::Value;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-
-/// Deepest nesting of nodes.
-const MAX_DEPTH: usize = 128;
-
-/// Most triangles of one scene, as for `.rad` files.
-const MAX_TRIANGLES: usize = 50_000_000;
 
 /// Which axis of the file points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -113,39 +112,71 @@ fn read_bytes(bytes: &[u8], file: &Path, options: &Options, warnings: &mut Warni
         if announced < 20 || announced > bytes.len() {
             return Err(broken(format!("the file is cut off: it has {} bytes and announces {announced}", bytes.len())));
         }
+    } else if let Some(other) = text::Other::of(bytes) {
+        return Err(other.instead_of("a glTF scene"));
     }
-    let gltf = gltf::Gltf::from_slice(bytes).map_err(|e| match e {
-        gltf::Error::Validation(faults) => {
-            let (path, fault) = &faults[0];
-            let place = path.to_string();
-            if place.starts_with("extensionsRequired") {
-                Error::new(format!("the file requires an extension this program does not know: {place}"))
-                    .help("export without compression and quantisation of meshes")
-            } else {
-                broken(format!("{place}: {fault} ({} faults)", faults.len()))
-            }
-        }
-        other => broken(format!("this is not glTF: {other}")),
-    })?;
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let unreadable = |e: gltf::Error| broken(format!("this is not glTF: {e}"));
+    let gltf = gltf::Gltf::from_slice_without_validation(bytes).map_err(unreadable)?;
+    validate(&gltf)?;
     let version = &gltf.document.as_json().asset.version;
     if !version.starts_with("2.") {
         return Err(broken(format!("this is glTF {}, not 2.0", super::rad::shortened(version))));
     }
     let buffers = Buffers::load(&gltf, file)?;
-    if gltf.extensions_used().any(|e| e == "KHR_lights_punctual") {
-        warnings.push(Error::new("its lights are left out").file(file).help("give luminaires an emissive material"));
-    }
+    let json = extensions::json(bytes).map_err(broken)?;
+    extensions::warn(&json, &mut |e| warnings.push(e.file(file)));
     let scene = gltf.default_scene().or_else(|| gltf.scenes().next()).ok_or_else(|| broken("the file has no scene".into()))?;
     let asset = extras(&gltf.document.as_json().asset.extras)?;
     let own = extras(scene.extras())?;
     let world = orientation(options, &[&own, &asset])?;
-    let mut reader =
-        Reader { file, buffers: &buffers, warnings, contents: Contents::default(), windows: Vec::new(), materials: HashMap::new() };
+    let mut reader = Reader {
+        file,
+        gltf: &gltf,
+        json: &json,
+        buffers: &buffers,
+        warnings,
+        contents: Contents::default(),
+        windows: Vec::new(),
+        materials: HashMap::new(),
+        nodes: 0,
+        vertices: 0,
+    };
     for node in scene.nodes() {
         reader.node(&node, world, None, 0)?;
     }
     let windows = reader.windows.into_iter().map(|w| w.finish(reader.warnings)).collect::<Result<_>>()?;
     Ok(Contents { windows, ..reader.contents })
+}
+
+/// Checks all that the crate checks, and before that what it takes for granted meanwhile.
+fn validate(gltf: &gltf::Gltf) -> Result<()> {
+    use gltf::json::validation::{Checked, Error as Fault, Validate};
+    let root = gltf.document.as_json();
+    let mut faults = Vec::new();
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let position = primitive.attributes.get(&Checked::Valid(gltf::Semantic::Positions));
+            if position.is_some_and(|index| index.value() >= root.accessors.len()) {
+                faults.push((format!("meshes[{m}].primitives[{p}].attributes[\"POSITION\"]"), Fault::IndexOutOfBounds));
+            }
+        }
+    }
+    if faults.is_empty() {
+        root.validate(root, gltf::json::Path::new, &mut |path, fault| {
+            let place = path().to_string();
+            if !extensions::OBEYED.iter().any(|e| place.starts_with("extensionsRequired") && place.contains(e)) {
+                faults.push((place, fault));
+            }
+        });
+    }
+    let Some((place, fault)) = faults.first() else { return Ok(()) };
+    Err(if place.starts_with("extensionsRequired") {
+        Error::new(format!("the file requires an extension this program does not know: {place}"))
+            .help("export without it (extensions that compress meshes are the usual ones)")
+    } else {
+        Error::new(format!("{place}: {fault} ({} faults)", faults.len())).help("export the file again, as glTF 2.0")
+    })
 }
 
 /// The scene's axes and unit.
@@ -209,23 +240,31 @@ impl Mark {
 
 struct Reader<'a> {
     file: &'a Path,
+    gltf: &'a gltf::Gltf,
+    /// The whole file, for extensions that the crate does not know.
+    json: &'a Value,
     buffers: &'a Buffers,
     warnings: &'a mut Warnings,
     contents: Contents,
     windows: Vec<WindowBuilder>,
     /// Materials used so far by their index in the file.
     materials: HashMap<usize, MaterialIndex>,
+    /// Nodes and instances so far.
+    nodes: usize,
+    /// Vertices so far.
+    vertices: usize,
 }
 
 impl Reader<'_> {
     fn node(&mut self, node: &gltf::Node, parent: DAffine3, inherited: Option<&Mark>, depth: usize) -> Result<()> {
         let label = format!("node {} '{}'", node.index(), super::rad::shortened(node.name().unwrap_or("")));
         let at = |e: Error| e.field(label.clone());
-        if depth > MAX_DEPTH {
+        if depth > limits::NESTED_NODES {
             return Err(at(
-                Error::new(format!("nodes are nested more than {MAX_DEPTH} deep, or in a circle")).help("export the file again")
+                limits::exceeded("nodes are nested", limits::NESTED_NODES, "deep, or in a circle").help("export the file again")
             ));
         }
+        self.count_nodes(1).map_err(at)?;
         let local = match node.transform() {
             gltf::scene::Transform::Matrix { matrix } => DAffine3::from_mat4(DMat4::from_cols_array_2d(&matrix.map(|c| c.map(f64::from)))),
             gltf::scene::Transform::Decomposed { translation, rotation, scale } => {
@@ -250,10 +289,27 @@ impl Reader<'_> {
         let own = Mark::of(node.name(), node.extras()).map_err(at)?;
         let mark = own.as_ref().or(inherited);
         if let Some(mesh) = node.mesh() {
-            self.mesh(node, &mesh, world, mark).map_err(at)?;
+            match instances::of(node, self.gltf, self.json, self.buffers).map_err(at)? {
+                None => self.mesh(node, &mesh, world, mark).map_err(at)?,
+                Some(instances) => {
+                    self.count_nodes(instances.len()).map_err(at)?;
+                    for instance in instances {
+                        self.mesh(node, &mesh, world * instance, mark).map_err(at)?;
+                    }
+                }
+            }
         }
         for child in node.children() {
             self.node(&child, world, mark, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    fn count_nodes(&mut self, more: usize) -> Result<()> {
+        self.nodes = self.nodes.saturating_add(more);
+        if self.nodes > limits::NODES {
+            return Err(limits::exceeded("the scene consists of", limits::NODES, "nodes and instances")
+                .help("give each node one parent, and merge small meshes"));
         }
         Ok(())
     }
@@ -281,6 +337,10 @@ impl Reader<'_> {
             .get(&gltf::Semantic::Positions)
             .ok_or_else(|| Error::new(format!("primitive {} has no positions", primitive.index())).help("export the file again"))?;
         let positions: Vec<DVec3> = self.buffers.vectors(&positions)?;
+        self.vertices += positions.len();
+        if self.vertices > limits::VERTICES {
+            return Err(limits::exceeded("the scene consists of", limits::VERTICES, "vertices").help("simplify the meshes"));
+        }
         if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
             return Err(Error::new(format!("vertex {i} has coordinates that are not finite")).help("repair the mesh"));
         }
@@ -331,8 +391,8 @@ impl Reader<'_> {
         }
         let material = self.material(&material)?;
         let scene = &mut self.contents.scene;
-        if scene.triangles.len() + triangles.len() > MAX_TRIANGLES {
-            return Err(Error::new(format!("the scene has more than {MAX_TRIANGLES} triangles")).help("simplify the meshes"));
+        if scene.triangles.len() + triangles.len() > limits::TRIANGLES {
+            return Err(limits::exceeded("the scene has", limits::TRIANGLES, "triangles").help("simplify the meshes"));
         }
         let surface = scene.surfaces.len() as u32;
         scene.surfaces.push(origin);
@@ -342,7 +402,8 @@ impl Reader<'_> {
 
     fn material(&mut self, material: &gltf::Material) -> Result<MaterialIndex> {
         let Some(index) = material.index() else {
-            return Err(Error::new("the mesh has no material").help("assign a material to every surface"));
+            return Err(Error::new("the mesh has no material, so nothing says how much light it reflects")
+                .help("assign a material to every surface"));
         };
         if let Some(&known) = self.materials.get(&index) {
             return Ok(known);

@@ -173,6 +173,188 @@ fn materials_follow_the_table() {
 }
 
 #[test]
+fn alpha_masks_are_obeyed_or_named() {
+    let masked = |material: Value| {
+        let file =
+            File::with("/materials/0", material).and("/textures", json!([{ "source": 0 }])).and("/images", json!([{ "uri": "leaf.png" }]));
+        let (contents, warnings) = file.read_with(&Options::default());
+        (contents.unwrap().scene.materials[0].kind, warnings)
+    };
+    let leaf = |alpha: f64, cutoff: Value| {
+        masked(
+            json!({ "alphaMode": "MASK", "alphaCutoff": cutoff, "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.5, 0.5, alpha], "metallicFactor": 0 } }),
+        )
+    };
+    let whole = MaterialKind::Plastic { color: [0.5; 3], specularity: 0.0, roughness: 0.0 };
+    assert_eq!(leaf(0.6, json!(0.5)), (whole, String::new()));
+    assert_eq!(leaf(0.6, json!(0.6)), (whole, String::new()));
+    let (gone, warnings) = leaf(0.6, json!(0.7));
+    assert!(gone == MaterialKind::Void && warnings.contains("below the cutoff of its alpha mask"), "{warnings}");
+    for (mode, words) in
+        [("MASK", "its alpha mask, which a picture gives, is left out"), ("BLEND", "its opacity, which a picture gives, is left out")]
+    {
+        let (kind, warnings) = masked(
+            json!({ "alphaMode": mode, "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0, "baseColorTexture": { "index": 0 } } }),
+        );
+        assert!(kind == whole && warnings.contains(words), "{warnings}");
+    }
+}
+
+/// The triangle, with one more accessor of so many floats.
+fn with_floats(file: File, kind: &str, floats: &[f32]) -> (File, usize) {
+    let data: Vec<u8> = floats.iter().flat_map(|f| f.to_le_bytes()).collect();
+    let components = if kind == "VEC4" { 4 } else { 3 };
+    with_data(file, json!({ "componentType": 5126, "type": kind, "count": floats.len() / components }), &data)
+}
+
+/// The triangle, with one more accessor, whose data are put into a file of their own.
+fn with_data(mut file: File, mut accessor: Value, data: &[u8]) -> (File, usize) {
+    let count = |v: &Value| v.as_array().unwrap().len();
+    let [buffer, view, number] = ["buffers", "bufferViews", "accessors"].map(|key| count(&file.json[key]));
+    std::fs::write(file.folder.path().join(format!("more{buffer}.bin")), data).unwrap();
+    accessor["bufferView"] = json!(view);
+    let mut push = |key: &str, value: Value| file.json[key].as_array_mut().unwrap().push(value);
+    push("buffers", json!({ "uri": format!("more{buffer}.bin"), "byteLength": data.len() }));
+    push("bufferViews", json!({ "buffer": buffer, "byteOffset": 0, "byteLength": data.len() }));
+    push("accessors", accessor);
+    (file, number)
+}
+
+#[test]
+fn instances_stand_where_the_extension_says() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let (file, translation) = with_floats(File::new(), "VEC3", &[0., 0., 0., 100., 0., 0.]);
+    // The second is turned by 90° about y (z to x) and twice as large.
+    let (file, rotation) = with_floats(file, "VEC4", &[0., 0., 0., 1., 0., half, 0., half]);
+    let (file, scale) = with_floats(file, "VEC3", &[1., 1., 1., 2., 2., 2.]);
+    let attributes = json!({ "TRANSLATION": translation, "ROTATION": rotation, "SCALE": scale, "_ID": 0 });
+    let file = file
+        .and("/extensionsUsed", json!(["EXT_mesh_gpu_instancing"]))
+        .and("/extensionsRequired", json!(["EXT_mesh_gpu_instancing"]))
+        .and(
+            "/nodes/0",
+            json!({ "mesh": 0, "translation": [0, 0, 5], "extensions": { "EXT_mesh_gpu_instancing": { "attributes": attributes } } }),
+        )
+        .and("/asset/extras", json!({ "up_axis": "Z" }));
+    let scene = file.read().scene;
+    let expected = [
+        [DVec3::new(0., 0., 5.), DVec3::new(1., 0., 5.), DVec3::new(0., 1., 5.)],
+        [DVec3::new(100., 0., 5.), DVec3::new(100., 0., 3.), DVec3::new(100., 2., 5.)],
+    ];
+    assert_eq!(scene.triangles.len(), 2);
+    for (triangle, expected) in scene.triangles.iter().zip(expected) {
+        for (found, expected) in triangle.vertices.iter().zip(expected) {
+            assert!((found - expected).length() < 1e-6, "{found} {expected}");
+        }
+    }
+    // Sensors are instanced too.
+    let sensors = file.and("/nodes/0/name", json!("sensors:desk")).read().sensors;
+    assert_eq!((sensors[0].sensors.len(), sensors[0].sensors[3].position), (6, DVec3::new(100., 0., 5.)));
+
+    let broken = |attributes: Value| {
+        let (file, _) = with_floats(File::new(), "VEC3", &[0.; 6]);
+        let (file, _) = with_floats(file, "VEC3", &[1.; 9]);
+        file.and("/nodes/0/extensions", json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } })).error()
+    };
+    for (attributes, message) in [
+        (json!({}), "neither TRANSLATION, ROTATION nor SCALE"),
+        (json!({ "TRANSLATION": 77 }), "TRANSLATION names accessor 77, which is not there"),
+        (json!({ "TRANSLATION": "x" }), "TRANSLATION names accessor \"x\""),
+        (json!({ "TRANSLATION": 3, "SCALE": 4 }), "its accessors have 2 and 3 elements"),
+        (json!({ "ROTATION": 3 }), "4 components are needed"),
+        (json!({ "TRANSLATION": 2 }), "3 components are needed"),
+    ] {
+        let error = broken(attributes);
+        assert!(error.contains(message) && (error.contains("node 0") || error.contains("accessor ")), "{error}");
+    }
+}
+
+#[test]
+fn quantised_meshes_are_read() {
+    // (0,0,0) (1,0,0) (0,1,0) as normalised 16-bit integers, padded to 8 bytes.
+    let data: Vec<u8> = [0i16, 0, 0, 0, 32767, 0, 0, 0, 0, 32767, 0, 0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let accessor =
+        json!({ "componentType": 5122, "normalized": true, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [32767, 32767, 0] });
+    let (file, number) = with_data(File::new(), accessor, &data);
+    let view = file.json["accessors"][number]["bufferView"].as_u64().unwrap();
+    let file = file
+        .and(&format!("/bufferViews/{view}/byteStride"), json!(8))
+        .and("/meshes/0/primitives/0/attributes", json!({ "POSITION": number }))
+        .and("/extensionsRequired", json!(["KHR_mesh_quantization"]))
+        .and("/extensionsUsed", json!(["KHR_mesh_quantization"]));
+    assert_eq!(file.read().scene.triangles[0].vertices, [DVec3::ZERO, DVec3::X, DVec3::Z]);
+    let bytes = json!({ "componentType": 5121, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [255, 1, 0] });
+    let (file, number) = with_data(File::new(), bytes, &[0, 0, 0, 255, 0, 0, 0, 1, 0]);
+    let file = file.and("/meshes/0/primitives/0/attributes", json!({ "POSITION": number }));
+    assert_eq!(file.read().scene.triangles[0].vertices, [DVec3::ZERO, DVec3::X * 255.0, DVec3::Z]);
+}
+
+#[test]
+fn every_extension_that_is_not_obeyed_is_named() {
+    let plain = json!({ "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": { "KHR_materials_clearcoat": {} } });
+    let file = || {
+        File::with("/materials/0", plain.clone())
+            .and("/nodes/0/extensions", json!({ "KHR_lights_punctual": { "light": 0 } }))
+            .and("/meshes/0/primitives/0/extensions", json!({ "VENDOR_unknown": {} }))
+            .and("/extensionsUsed", json!(["KHR_materials_clearcoat", "VENDOR_animation", "KHR_materials_ior"]))
+    };
+    let (contents, warnings) = file().read_with(&Options::default());
+    assert_eq!(contents.unwrap().scene.triangles.len(), 1);
+    for words in [
+        "the extension KHR_materials_clearcoat of materials[0] is left out",
+        "the extension KHR_lights_punctual of nodes[0] is left out",
+        "the extension VENDOR_unknown of meshes[0] is left out",
+        "the extension VENDOR_animation is left out",
+    ] {
+        assert!(warnings.contains(words), "{warnings}");
+    }
+    assert_eq!(warnings.matches("is left out").count(), 4, "{warnings}");
+    // Nothing is left out of a material that is given exactly.
+    let exact = json!({ "radiance": "void plastic p 0 0 5 .5 .5 .5 0 0" });
+    let (_, warnings) = file().and("/materials/0/extras", exact).read_with(&Options::default());
+    assert!(!warnings.contains("clearcoat") && warnings.contains("VENDOR_unknown"), "{warnings}");
+    let required = file().and("/extensionsRequired", json!(["KHR_draco_mesh_compression"])).error();
+    assert!(
+        required.contains("requires an extension this program does not know") && required.contains("KHR_draco_mesh_compression"),
+        "{required}"
+    );
+}
+
+#[test]
+fn files_that_ask_for_too_much_end_in_one_error() {
+    let dangling = File::with("/meshes/0/primitives/0/attributes/POSITION", json!(9)).error();
+    assert!(dangling.contains("meshes[0].primitives[0].attributes[\"POSITION\"]"), "{dangling}");
+    let alone = File {
+        json: json!({ "asset": { "version": "2.0" }, "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }] }),
+        ..File::new()
+    };
+    assert!(alone.error().contains("POSITION"));
+
+    let mut nodes: Vec<Value> = (1..=60).map(|i| json!({ "children": [i, i] })).collect();
+    nodes.push(json!({}));
+    let shared = File::with("/nodes", json!(nodes)).error();
+    assert!(shared.contains("more than 1048576 nodes and instances"), "{shared}");
+    let deep: Vec<Value> = (1..=200).map(|i| json!({ "children": [i] })).chain([json!({})]).collect();
+    assert!(File::with("/nodes", json!(deep)).error().contains("nested more than 128 deep"));
+    let circle = json!([{ "children": [1] }, { "children": [0] }]);
+    assert!(File::with("/nodes", circle).error().contains("or in a circle"));
+
+    let zeros = json!({ "componentType": 5126, "type": "VEC3", "count": 1_000_000_000_000_u64, "min": [0, 0, 0], "max": [0, 0, 0],
+        "sparse": { "count": 1, "indices": { "bufferView": 2, "componentType": 5123 }, "values": { "bufferView": 0 } } });
+    let many = File::with("/accessors/0", zeros).error();
+    assert!(many.contains("more than 4194304 elements") || many.contains("150000000 vertices"), "{many}");
+}
+
+#[test]
+fn a_surface_without_a_material_is_refused_by_name() {
+    let mut file = File::with("/nodes/0/name", json!("desk"));
+    file.json["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("material");
+    let error = file.error();
+    assert!(error.contains("node 0 'desk'") || error.contains("mesh 0"), "{error}");
+    assert!(error.contains("has no material") && error.contains("assign a material"), "{error}");
+}
+
+#[test]
 fn extras_give_exact_materials() {
     let kind = |text: &str| File::with("/materials/0/extras", json!({ "radiance": text })).read_with(&Options::default());
     let trans = "void trans t 0 0 7 .5 .4 .3 .06 .05 .7 .8";

@@ -3,6 +3,7 @@
 use super::generators::Generator;
 use super::xform::Xform;
 use crate::error::{Error, Result};
+use crate::limits;
 
 /// A pipeline: a source, and the `xform`s its output passes through, innermost first.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,10 +26,15 @@ pub enum Source {
 /// Understands a command line.
 ///
 /// # Errors
-/// Any command but `xform`, `genbox` and `genblinds`, and any use of the shell beyond words, quotes
-/// and pipes.
+/// Any command but `xform`, `genbox` and `genblinds`, any use of the shell beyond words, quotes and
+/// pipes, and more pipes than [`limits::PIPED_COMMANDS`].
 pub fn parse(text: &str) -> Result<Pipeline> {
-    let mut stages = split(text)?.into_iter();
+    let stages = split(text)?;
+    if stages.len() > limits::PIPED_COMMANDS {
+        return Err(limits::exceeded("this line pipes", limits::PIPED_COMMANDS, "commands into each other")
+            .help("put the transformations into one xform, or an intermediate result into a file of its own"));
+    }
+    let mut stages = stages.into_iter();
     let head = stages.next().unwrap_or_default();
     let source = match head.first().map(String::as_str) {
         Some("xform") => {

@@ -2,12 +2,10 @@
 
 use super::syntax::{Object, ObjectType, Surface};
 use crate::error::{Error, Result};
+use crate::limits::{self, GENERATED_SURFACES};
 use crate::scene::shapes::SPHERE_SEGMENTS;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
-
-/// Most slats of one `genblinds`.
-const MAX_SLATS: usize = 1 << 20;
 
 /// `genblinds` approximates curved slats by flat strips of at most this arc.
 const SLAT_ARC_DEG: f64 = 3.0;
@@ -86,14 +84,17 @@ impl Generator {
                 other => return Err(numbers.error(format!("genblinds has no option '{other}'"))),
             };
         }
-        if !(1.0..=MAX_SLATS as f64).contains(&slats) {
-            return Err(numbers.error(format!("nslats is {slats}; it must be between 1 and {MAX_SLATS}")));
+        if !(1.0..=GENERATED_SURFACES as f64).contains(&slats) {
+            return Err(numbers.error(format!("nslats is {slats}; it must be between 1 and {GENERATED_SURFACES}")));
         }
         if radius != 0.0 && 2.0 * radius.abs() < depth.abs() {
             return Err(numbers.error(format!("slats of depth {depth} cannot have a radius of curvature of {}", radius.abs())));
         }
         let slats = slats as usize;
         let profile = slat_profile(depth, radius);
+        if slats.saturating_mul(profile.len() - 1) > GENERATED_SURFACES {
+            return Err(limits::exceeded("this genblinds makes", GENERATED_SURFACES, "surfaces").help("use fewer or flat slats"));
+        }
         let (sin, cos) = angle.to_radians().sin_cos();
         let mut faces = Faces { material: words[0].clone(), name: words[1].clone(), inward: false, objects: Vec::new() };
         for slat in 0..slats {

@@ -31,6 +31,7 @@ pub use windows::read_windows;
 
 use super::{DistantSource, MaterialKind, Scene, SurfaceOrigin, Triangle};
 use crate::error::{Error, Result, Warnings};
+use crate::limits;
 use modifiers::Modifiers;
 use reader::{Reader, Sink};
 use std::path::{Path, PathBuf};
@@ -38,9 +39,6 @@ use std::rc::Rc;
 use surfaces::Geometry;
 use syntax::{Object, ObjectType, Statement};
 use xform::Placement;
-
-/// Most triangles of one scene; more would not fit the memory of usual machines and devices.
-const MAX_TRIANGLES: usize = 50_000_000;
 
 /// As [`read_scene`], for what the sun is traced through. Surfaces of a `BSDF` with a thickness are not part
 /// of the scene but told apart: the sun and the eye pass them and meet the geometry they stand for.
@@ -156,8 +154,8 @@ impl Sink for SceneSink {
                     return Ok(());
                 }
                 let material = self.modifiers.material(modifier.as_ref(), &mut self.scene.materials, warnings).map_err(at)?;
-                if self.scene.triangles.len() + triangles.len() > MAX_TRIANGLES {
-                    return Err(at(Error::new(format!("the scene has more than {MAX_TRIANGLES} triangles"))
+                if self.scene.triangles.len() + triangles.len() > limits::TRIANGLES {
+                    return Err(at(limits::exceeded("the scene has", limits::TRIANGLES, "triangles")
                         .help("use smaller arrays and fewer curved surfaces")));
                 }
                 let surface = self.scene.surfaces.len() as u32;

@@ -204,9 +204,10 @@ fn check_counts(kind: MaterialType, object: &Object) -> Result<()> {
 }
 
 fn check_range(kind: MaterialType, object: &Object) -> Result<()> {
-    let glass_or_shorter = if kind == MaterialType::Glow { 3 } else { object.reals.len() };
-    if let Some(v) = object.reals[..glass_or_shorter].iter().find(|v| **v < 0.0) {
-        return Err(Error::new(format!("the argument {v} is negative")).help("colours, fractions and roughness start at 0"));
+    // Colours, which come first, are held at 0; the radius of a glow may be negative.
+    let end = if kind == MaterialType::Glow { COLORS } else { object.reals.len() };
+    if let Some(v) = object.reals[COLORS..end].iter().find(|v| **v < 0.0) {
+        return Err(Error::new(format!("the argument {v} is negative")).help("fractions and roughness start at 0"));
     }
     if kind == MaterialType::Glass && object.reals.get(3).is_some_and(|n| *n < 1.0) {
         return Err(
@@ -216,22 +217,32 @@ fn check_range(kind: MaterialType, object: &Object) -> Result<()> {
     Ok(())
 }
 
+/// Real arguments that are a colour: they come first in every material.
+const COLORS: usize = 3;
+
 /// Radiance lets reflectances above 1 pass and create light; interreflection then has no limit. So
-/// they are held at 1 here, with a warning.
+/// they are held at 1 here, with a warning. Colours below 0, as measured spectra outside the gamut of
+/// RGB give them, are held at 0.
 fn material_kind(kind: MaterialType, definition: &Definition, warnings: &mut Warnings) -> MaterialKind {
     let object = &definition.object;
-    let mut fraction = |i: usize, what: &str| {
+    let mut held = |i: usize, what: &str, most: f64| {
         let v = object.reals[i];
-        if v > 1.0 {
-            let message = format!("{what} is {v}, more than 1; 1 is used");
-            warnings.push(
-                object.at(Error::new(message).help("a surface cannot send back or pass on more light than it receives"), &definition.file),
-            );
+        let fault = if v > most {
+            Some((format!("{what} is {v}, more than 1; 1 is used"), "a surface cannot send back or pass on more light than it receives"))
+        } else if v < 0.0 && i < COLORS {
+            Some((format!("{what} is {v}, less than 0; 0 is used"), "no surface takes more light away than it receives"))
+        } else {
+            None
+        };
+        if let Some((message, help)) = fault {
+            warnings.push(object.at(Error::new(message).help(help), &definition.file));
         }
-        v.min(1.0)
+        if i < COLORS { v.clamp(0.0, most) } else { v.min(most) }
     };
     let r = &object.reals;
-    let radiance = || [r[0], r[1], r[2]];
+    let radiance = [0, 1, 2]
+        .map(|i| if matches!(kind, MaterialType::Light | MaterialType::Glow) { held(i, "a radiance", f64::INFINITY) } else { 0.0 });
+    let mut fraction = |i: usize, what: &str| held(i, what, 1.0);
     match kind {
         MaterialType::Plastic => MaterialKind::Plastic {
             color: [0, 1, 2].map(|i| fraction(i, "a reflectance")),
@@ -255,7 +266,7 @@ fn material_kind(kind: MaterialType, definition: &Definition, warnings: &mut War
             refraction_index: r.get(3).copied().unwrap_or(1.52),
         },
         MaterialType::Mirror => MaterialKind::Mirror { color: [0, 1, 2].map(|i| fraction(i, "a reflectance")) },
-        MaterialType::Light => MaterialKind::Light { radiance: radiance() },
-        MaterialType::Glow => MaterialKind::Glow { radiance: radiance(), max_radius: r[3] * definition.scale },
+        MaterialType::Light => MaterialKind::Light { radiance },
+        MaterialType::Glow => MaterialKind::Glow { radiance, max_radius: r[3] * definition.scale },
     }
 }

@@ -1,20 +1,14 @@
 //! Walks through files, commands and the files they name, and hands every object with its placement
 //! to a [`Sink`].
 
-use super::command::{self, Source};
+use super::command::{self, Pipeline, Source};
 use super::syntax::{self, Object, Statement};
 use super::xform::{Placement, Xform};
 use crate::error::{Error, Result, Warnings};
-use crate::files;
+use crate::{files, limits};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-
-/// Deepest nesting of files.
-const MAX_DEPTH: usize = 64;
-
-/// Most statements of one scene, counted after arrays and repeated files are expanded.
-const MAX_STATEMENTS: usize = 50_000_000;
 
 /// Receives what a scene consists of, in order.
 pub trait Sink {
@@ -40,15 +34,17 @@ pub trait Sink {
 /// Files read so far, and the chain of those being read.
 pub struct Reader<'a> {
     base: &'a Path,
-    parsed: HashMap<PathBuf, Rc<Vec<Statement>>>,
-    chain: Vec<PathBuf>,
+    /// What files hold and which file they are, by the path that names them.
+    parsed: HashMap<PathBuf, (Rc<Vec<Statement>>, Rc<Path>)>,
+    chain: Vec<Rc<Path>>,
     statements: usize,
+    copies: usize,
 }
 
 impl<'a> Reader<'a> {
     /// A reader that resolves paths against the folder `base`.
     pub fn new(base: &'a Path) -> Self {
-        Self { base, parsed: HashMap::new(), chain: Vec::new(), statements: 0 }
+        Self { base, parsed: HashMap::new(), chain: Vec::new(), statements: 0, copies: 0 }
     }
 
     /// Reads a file and all it includes.
@@ -61,29 +57,31 @@ impl<'a> Reader<'a> {
     }
 
     fn file(&mut self, path: &Path, placement: &Placement, sink: &mut dyn Sink, warnings: &mut Warnings) -> Result<()> {
-        let identity = path.canonicalize().map_err(|e| Error::io(path, &e))?;
-        if identity.is_dir() {
-            return Err(Error::new("this is a folder, not a scene file").file(path).help("name a .rad file in it"));
-        }
+        let (statements, identity) = match self.parsed.get(path) {
+            Some((statements, identity)) => (Rc::clone(statements), Rc::clone(identity)),
+            None => {
+                let identity: Rc<Path> = path.canonicalize().map_err(|e| Error::io(path, &e))?.into();
+                if identity.is_dir() {
+                    return Err(Error::new("this is a folder, not a scene file").file(path).help("name a .rad file in it"));
+                }
+                let known = self.parsed.values().find(|(_, other)| *other == identity).cloned();
+                let read = || Ok((Rc::new(syntax::parse(&files::read(path)?, path)?), identity));
+                let file = known.map_or_else(read, Ok)?;
+                self.parsed.insert(path.to_path_buf(), file.clone());
+                file
+            }
+        };
         if let Some(first) = self.chain.iter().position(|p| *p == identity) {
             let via: Vec<String> =
                 self.chain[first..].iter().map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
             return Err(Error::new(format!("{} includes itself (by way of {})", path.display(), via.join(" → ")))
                 .help("remove the `!xform` that closes the circle"));
         }
-        if self.chain.len() >= MAX_DEPTH {
+        if self.chain.len() >= limits::NESTED_FILES {
             return Err(
-                Error::new(format!("files include each other more than {MAX_DEPTH} deep")).help("put the files together into fewer")
+                limits::exceeded("files include each other", limits::NESTED_FILES, "deep").help("put the files together into fewer")
             );
         }
-        let statements = match self.parsed.get(&identity) {
-            Some(statements) => Rc::clone(statements),
-            None => {
-                let statements = Rc::new(syntax::parse(&files::read(path)?, path)?);
-                self.parsed.insert(identity.clone(), Rc::clone(&statements));
-                statements
-            }
-        };
         self.chain.push(identity);
         let file: Rc<Path> = path.into();
         for statement in statements.iter() {
@@ -100,6 +98,7 @@ impl<'a> Reader<'a> {
                             object.line = *line;
                         }
                     }
+                    self.count_copies(&pipeline).map_err(at)?;
                     let filters: Vec<Vec<Placement>> = pipeline.filters.iter().rev().map(Xform::copies).collect();
                     self.filtered(&pipeline.source, &filters, placement, &file, sink, warnings).map_err(at)?;
                 }
@@ -166,6 +165,21 @@ impl<'a> Reader<'a> {
             .help("correct the path; it is relative to the working folder or to the folder of the file that names it"))
     }
 
+    /// Counts the copies that a line makes before they are made.
+    fn count_copies(&mut self, pipeline: &Pipeline) -> Result<()> {
+        let of_files = match &pipeline.source {
+            Source::Files(xform) => xform.count().saturating_mul(xform.files.len()),
+            Source::Generator(_) => 1,
+        };
+        let copies = pipeline.filters.iter().fold(of_files, |n, filter| n.saturating_mul(filter.count()));
+        self.copies = self.copies.saturating_add(copies);
+        if self.copies > limits::COPIES {
+            return Err(limits::exceeded("the scene consists of", limits::COPIES, "copies of files and boxes")
+                .help("use smaller arrays (-a), and fewer of them within each other"));
+        }
+        Ok(())
+    }
+
     fn count(&mut self, file: &Path, statement: &Statement) -> Result<()> {
         let (Statement::Object(Object { line, .. })
         | Statement::Alias { line, .. }
@@ -176,8 +190,8 @@ impl<'a> Reader<'a> {
 
     fn count_one(&mut self, file: &Path, line: usize) -> Result<()> {
         self.statements += 1;
-        if self.statements > MAX_STATEMENTS {
-            return Err(Error::new(format!("the scene has more than {MAX_STATEMENTS} objects"))
+        if self.statements > limits::STATEMENTS {
+            return Err(limits::exceeded("the scene has", limits::STATEMENTS, "objects")
                 .file(file)
                 .line(line)
                 .help("use smaller arrays (-a) and fewer repeated files"));

@@ -4,6 +4,7 @@
 //! that use them.
 
 use crate::error::{Error, Result};
+use crate::text;
 use std::path::Path;
 
 /// `modifier type identifier`, then counted string, integer (always none) and real arguments.
@@ -207,16 +208,13 @@ impl ObjectType {
 ///
 /// # Errors
 /// Binary data, unknown object types, wrong or missing counts and arguments, with their line.
-pub fn parse(text: &[u8], file: &Path) -> Result<Vec<Statement>> {
-    if text.starts_with(b"#?RADIANCE") {
-        return Err(Error::new("this is an octree, a picture or a matrix, not a scene description")
-            .file(file)
-            .help("give the `.rad` files"));
+pub fn parse(bytes: &[u8], file: &Path) -> Result<Vec<Statement>> {
+    let help = "give `.rad` files";
+    if bytes.starts_with(b"#?RADIANCE") && text::Other::of(bytes).is_none() {
+        return Err(Error::new("this is an octree, a picture or a matrix, not a scene description").file(file).help(help));
     }
-    if let Some(zero) = text.iter().position(|&b| b == 0) {
-        let line = 1 + text[..zero].iter().filter(|&&b| b == b'\n').count();
-        return Err(Error::new("this is binary data, not a scene description").file(file).line(line).help("give `.rad` files"));
-    }
+    let text = text::decode(bytes, "a scene description").map_err(|e| e.file(file).help(help))?;
+    let text = text.as_bytes();
     let mut words = Words { text, position: 0, line: 1 };
     let mut statements = Vec::new();
     loop {
@@ -299,9 +297,9 @@ fn arguments(words: &mut Words) -> Result<(Vec<String>, Vec<f64>)> {
                 reals.push(v);
                 continue;
             }
-            Ok(_) => "not a finite number",
-            Err(_) if word.starts_with('#') => "a comment; Radiance reads none among the arguments",
-            Err(_) => "not a number",
+            Ok(_) => "not a finite number".to_string(),
+            Err(_) if word.starts_with('#') => "a comment; Radiance reads none among the arguments".to_string(),
+            Err(_) => format!("not a number{}", text::why_no_number(&word)),
         };
         return Err(Error::new(format!("{which} is '{}': {problem}", shortened(&word)))
             .line(words.line)

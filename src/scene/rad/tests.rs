@@ -242,7 +242,23 @@ fn values_out_of_range_are_held_or_refused() {
     let (scene, warnings) = warned(&format!("void plastic m 0 0 5 1.5 .2 .2 0 0\nm {square}"));
     assert_eq!(scene.materials[0].kind, MaterialKind::Plastic { color: [1.0, 0.2, 0.2], specularity: 0.0, roughness: 0.0 });
     assert!(warnings.starts_with("main.rad:1: plastic 'm': a reflectance is 1.5, more than 1; 1 is used"), "{warnings}");
-    assert!(fails(&format!("void plastic m 0 0 5 -.5 .2 .2 0 0\nm {square}")).contains("the argument -0.5 is negative"));
+    // As measured spectra outside the gamut of RGB give them.
+    let (scene, warnings) = warned(&format!("void plastic m 0 0 5 -0.0013 .2 .2 0 0\nm {square}"));
+    assert_eq!(scene.materials[0].kind, MaterialKind::Plastic { color: [0.0, 0.2, 0.2], specularity: 0.0, roughness: 0.0 });
+    assert!(warnings.starts_with("main.rad:1: plastic 'm': a reflectance is -0.0013, less than 0; 0 is used"), "{warnings}");
+    for (material, kind) in [
+        ("metal m 0 0 5 .2 -1 .2 0 0", MaterialKind::Metal { color: [0.2, 0.0, 0.2], specularity: 0.0, roughness: 0.0 }),
+        ("mirror m 0 0 3 .2 .2 -.1", MaterialKind::Mirror { color: [0.2, 0.2, 0.0] }),
+        ("glass m 0 0 3 .2 .2 -.1", MaterialKind::Glass { transmissivity: [0.2, 0.2, 0.0], refraction_index: 1.52 }),
+        ("light m 0 0 3 20 2 -.1", MaterialKind::Light { radiance: [20.0, 2.0, 0.0] }),
+        ("glow m 0 0 4 20 2 -.1 -1", MaterialKind::Glow { radiance: [20.0, 2.0, 0.0], max_radius: -1.0 }),
+    ] {
+        let (scene, warnings) = warned(&format!("void {material}\nm {square}"));
+        assert!(scene.materials[0].kind == kind && warnings.contains("less than 0; 0 is used"), "{material}: {warnings}");
+    }
+    for argument in ["plastic m 0 0 5 .2 .2 .2 -.1 0", "plastic m 0 0 5 .2 .2 .2 0 -.1", "trans m 0 0 7 .2 .2 .2 0 0 -.1 1"] {
+        assert!(fails(&format!("void {argument}\nm {square}")).contains("the argument -0.1 is negative"), "{argument}");
+    }
     assert!(fails(&format!("void glass m 0 0 4 .9 .9 .9 .5\nm {square}")).contains("refraction index"));
     assert!(fails("void plastic m 0 0 4 .5 .5 .5 0\n").contains("4 real arguments, but 5 are needed"));
     assert!(fails("void glow sun 0 0 4 1 1 1 0\nsun source s 0 0 4 0 0 0 1\n").contains("direction of the source is zero"));
@@ -304,6 +320,48 @@ fn degenerate_surfaces_are_left_out_with_a_warning() {
         let (scene, warnings) = warned(&format!("{RED}red {shape}\n"));
         assert!(scene.triangles.is_empty() && warnings.contains("as in Radiance"), "{shape}: {warnings}");
     }
+}
+
+#[test]
+fn lines_that_ask_for_too_much_end_in_one_error() {
+    let started = std::time::Instant::now();
+    let pipes = |n: usize| format!("{RED}!genbox red b 1 1 1{}\n", " | xform -t 1 0 0".repeat(n));
+    let moved = one(&pipes(63));
+    assert_eq!(moved.triangles[0].vertices.map(|v| v.x.floor()).iter().fold(f64::INFINITY, |a, b| a.min(*b)), 63.0);
+    assert!(fails(&pipes(64)).starts_with("main.rad:2: this line pipes more than 64 commands into each other"), "{}", fails(&pipes(64)));
+    assert!(fails(&pipes(13_200)).contains("more than 64 commands"));
+
+    let folder: Vec<(String, String)> = (0..10)
+        .map(|i| (if i == 0 { "main.rad".into() } else { format!("n{i}.rad") }, format!("!xform -a 100 -t 1 0 0 n{}.rad\n", i + 1)))
+        .chain([("n10.rad".into(), "# nothing\n".into())])
+        .collect();
+    let files: Vec<(&str, &str)> = folder.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+    let (scene, warnings) = read(&files);
+    let error = scene.unwrap_err();
+    assert!(error.contains("more than 2097152 copies of files and boxes") && warnings.is_empty(), "{error}");
+
+    for (line, message) in [
+        ("!genbox red b 1 1 1 | xform -a 2000000 -t 1 0 0 | xform -a 2000000 -t 0 1 0", "more than 2097152 copies"),
+        ("!genbox red b 1 1 1 | xform -a 3000000 -t 1 0 0", "xform -a 3000000 asks for more than 2097152 repetitions"),
+        ("!genbox red b 1 1 1 | xform -t 1 0 0 -i 99999999", "xform -i 99999999 asks for more than 2097152 repetitions"),
+        ("!genblinds red b 1 1 1 1000000 0 +r .5", "this genblinds makes more than 1048576 surfaces"),
+        ("!genblinds red b 1 1 1 9e9 0", "nslats is 9000000000; it must be between 1 and 1048576"),
+    ] {
+        let error = fails(&format!("{RED}{line}\n"));
+        assert!(error.contains(message) && error.starts_with("main.rad:2: "), "{line}: {error}");
+    }
+    // A million repetitions are a handful of squares: 2²⁰ quarter turns about z are none.
+    let turned = one(&format!("{RED}!genbox red b 1 2 3 | xform -rz 90 -i 1048576\n"));
+    assert!(turned.triangles.iter().flat_map(|t| t.vertices).all(|v| v.min_element() >= 0.0 && v.cmple(DVec3::new(1.0, 2.0, 3.0)).all()));
+    assert!(started.elapsed().as_secs() < 60, "{:?}", started.elapsed());
+}
+
+#[test]
+fn many_warnings_of_a_kind_are_few_lines() {
+    let (scene, warnings) =
+        warned("void plastic slat 0 0 5 0.60 0.60 0.60 0 0\n!genblinds slat blind 0.05 9223372036854775808 1.2 65535 30\n");
+    assert!(scene.triangles.len() <= 2 * 65535);
+    assert!(warnings.lines().count() <= 100 && warnings.contains("more like it)"), "{warnings}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::surfaces::{self, Geometry};
 use super::syntax::{Object, ObjectType, Surface};
 use super::xform::Placement;
 use crate::error::{Error, Result, Warnings};
+use crate::limits;
 use crate::scene::windows::WindowBuilder;
 use crate::scene::{SurfaceOrigin, Window};
 use std::path::Path;
@@ -43,6 +44,7 @@ pub fn read_windows(file: &Path, base: &Path, warnings: &mut Warnings) -> Result
 struct WindowSink {
     pending: Option<(String, Rc<Path>, usize)>,
     windows: Vec<WindowBuilder>,
+    surfaces: usize,
 }
 
 impl Sink for WindowSink {
@@ -56,6 +58,12 @@ impl Sink for WindowSink {
         };
         if !matches!(surface, Surface::Polygon | Surface::Ring) {
             return Err(at(Error::new(format!("a {} cannot be a window", object.kind.word())).help("windows are polygons or rings")));
+        }
+        self.surfaces += 1;
+        if self.surfaces > limits::WINDOW_SURFACES {
+            return Err(at(
+                limits::exceeded("the file has", limits::WINDOW_SURFACES, "surfaces of windows").help("give windows in files of their own")
+            ));
         }
         let Geometry::Triangles(triangles) = surfaces::geometry(surface, object, placement, file, warnings)? else {
             return Ok(());

@@ -1,11 +1,9 @@
 //! Arguments of `xform`: rigid motions, uniform scaling, mirrors and arrays of them.
 
 use crate::error::{Error, Result};
+use crate::limits::{self, COPIES};
 use glam::{DMat3, DVec3};
 use std::rc::Rc;
-
-/// Most copies one `xform` may make.
-pub const MAX_COPIES: usize = 1 << 20;
 
 /// Where and as what an object appears: what a chain of `xform`s does to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,8 +56,17 @@ impl Placement {
         }
     }
 
-    fn repeated(&self, times: usize) -> Self {
-        (0..times).fold(Self::default(), |done, _| self.of(&done))
+    /// As often as that, by way of squares: a file may ask for a million repetitions a million times.
+    fn repeated(&self, mut times: usize) -> Self {
+        let (mut done, mut square) = (Self::default(), self.clone());
+        while times > 0 {
+            if times % 2 == 1 {
+                done = square.of(&done);
+            }
+            square = square.of(&square);
+            times /= 2;
+        }
+        done
     }
 }
 
@@ -154,12 +161,11 @@ impl Xform {
                             if word == "-i" { "non-negative" } else { "positive" }
                         ))
                     })?;
-                    let limit = || {
-                        Error::new(format!("xform {word} {text} asks for more than {MAX_COPIES} repetitions")).help("use a smaller count")
-                    };
+                    let limit =
+                        || limits::exceeded(&format!("xform {word} {text} asks for"), COPIES, "repetitions").help("use a smaller count");
                     if word == "-a" {
-                        copies = copies.checked_mul(count).filter(|&n| n <= MAX_COPIES).ok_or_else(limit)?;
-                    } else if count > MAX_COPIES {
+                        copies = copies.checked_mul(count).filter(|&n| n <= COPIES).ok_or_else(limit)?;
+                    } else if count > COPIES {
                         return Err(limit());
                     }
                     xform.segments.push(Segment { repeat, step: std::mem::take(&mut step) });
@@ -184,6 +190,11 @@ impl Xform {
         xform.segments.push(Segment { repeat, step });
         xform.files = words.map(str::to_string).collect();
         Ok(xform)
+    }
+
+    /// How many copies it makes: the product of its arrays.
+    pub fn count(&self) -> usize {
+        self.segments.iter().map(|s| if let Repeat::Array(n) = s.repeat { n } else { 1 }).product()
     }
 
     /// The copies it makes, in Radiance's order, with their names.

@@ -58,7 +58,7 @@ pub use self::sections::{SceneSection, SensorsSection, WeatherSection, WindowSec
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use std::path::{Path, PathBuf};
 
 /// A project file that has been read and found sound. All paths exist and are relative to the
@@ -94,11 +94,7 @@ impl Project {
     /// A file that cannot be read or is no TOML, unknown or missing keys, wrong values, files that
     /// do not exist, names used twice: each with file, line and key.
     pub fn read(file: &Path) -> Result<Self> {
-        let bytes = crate::files::read(file)?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
-            Error::new("this is not text in UTF-8").file(file).line(line).help("a project file is a text file in TOML")
-        })?;
+        let text = crate::text::read(file, "a project file")?;
         Self::parse(file, &text)
     }
 
@@ -441,7 +437,7 @@ seed = 0x2a
         let folder = folder();
         let file = folder.path().join("project.toml");
         std::fs::write(&file, [b'\n', 0xff, 0xfe, 0, 1]).unwrap();
-        assert!(Project::read(&file).unwrap_err().to_string().contains("project.toml:2: this is not text"));
+        assert!(Project::read(&file).unwrap_err().to_string().contains("project.toml:2: this is binary data, not a project file"));
         assert!(Project::read(&folder.path().join("none.toml")).is_err());
     }
 }
