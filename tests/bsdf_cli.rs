@@ -136,6 +136,41 @@ fn check_says_by_its_exit_code_what_it_found_and_repairs() {
     assert_eq!(code(&["repaired.xml"]), Some(0));
 }
 
+#[test]
+fn lists_of_isotropic_values_have_their_length_and_their_band() {
+    let folder = tempfile::tempdir().unwrap();
+    let visible = ["bsdf", "isotropic", "--normal", ".519,.042,.119,.030"];
+    let solar = ["--solar-normal", ".4909,.043,.100,.0256"];
+    let run = |more: &[&str], out: &str| lucarne(folder.path(), &[&visible[..], more, &["-o", out]].concat());
+    for (more, wanted) in [
+        (&["--back", ".5"][..], "--back: 2 values are needed, Rs,Rd, but there are 1"),
+        (&["--back", ".5,.1,.2"], "--back: 2 values"),
+        (&["--solar-normal", ".5,.1,.2"], "--solar-normal: 4 values are needed, Ts,Td,Rs,Rd, but there are 3"),
+        (&[&solar[..], &["--solar-back", ".5"]].concat(), "--solar-back: 2 values"),
+        (&["--solar-back", ".1,.1"], "--solar-normal"),
+    ] {
+        let output = run(more, "x.xml");
+        assert!(!output.status.success() && text(&output.stderr).contains(wanted), "{more:?}: {}", text(&output.stderr));
+    }
+    assert!(text(&lucarne(folder.path(), &["bsdf", "isotropic", "--normal", ".5,.1"]).stderr).contains("4 values are needed"));
+    let back = |more: &[&str]| {
+        let output = run(&[&["--back", ".107,.027"], &solar[..], more].concat(), "b.xml");
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let bsdf = read(&folder.path().join("b.xml"));
+        let normal = |b: &bsdf::Blocks, c: Component| b.get(c).unwrap().direct_hemispherical_at(0.0);
+        [
+            normal(&bsdf.visible, Component::ReflectionBack),
+            normal(&bsdf.solar, Component::ReflectionFront),
+            normal(&bsdf.solar, Component::ReflectionBack),
+        ]
+    };
+    // The bin around the normal is 5° wide, over which the model changes little.
+    let near = |found: [f64; 3], wanted: [f64; 3]| found.iter().zip(wanted).all(|(f, w)| (f - w).abs() < 1e-3);
+    let (without, with) = (back(&[]), back(&["--solar-back", ".09,.02"]));
+    assert!(near(without, [0.134, 0.1256, 0.1256]), "{without:?}");
+    assert!(near(with, [0.134, 0.1256, 0.11]), "{with:?}");
+}
+
 /// The sample blind as text.
 fn sound() -> String {
     fs::read_to_string(samples().join("venetian.xml")).unwrap()

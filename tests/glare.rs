@@ -542,3 +542,41 @@ fn bad_input_is_answered_with_a_remedy() {
     assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 3);
     assert!(String::from_utf8_lossy(&output.stderr).contains("missing.hdr"));
 }
+
+/// What the tools that write pictures put into headers: evalglare sees through it, and so must this program.
+#[test]
+fn headers_of_every_kind_give_what_evalglare_gives() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.hdr");
+    let mut scene = Scene::new(64, 400.0);
+    scene.disc(20.0, 20.0, 6.0, 20_000.0);
+    scene.write(&path);
+    let bytes = std::fs::read(&path).unwrap();
+    let end = bytes.windows(2).position(|w| w == b"\n\n").unwrap() + 2;
+    let plain = table(&lucarne(&[path.to_str().unwrap()])).remove(0);
+    let number = |row: &HashMap<String, String>, name: &str| -> f64 { row[name].parse().unwrap() };
+    let rgbe = "FORMAT=32-bit_rle_rgbe";
+    let headers = [
+        format!("oconv room.rad\nrpict -vf fish.vf -x 64 -y 64 room.oct\nVIEW= {FISHEYE}\npfilt -1 -x /2 -y /2\n"),
+        format!("#?RADIANCE\r\nrvu {FISHEYE} room.oct\r\n{rgbe}\r\n"),
+        format!("#?RADIANCE\nold.hdr:\n\tVIEW= -vth -vd 0 1 0 -vh 180 -vv 180\n/opt/bin/pinterp {FISHEYE} -x 64 old.hdr 1\n{rgbe}\n"),
+        format!("#?RADIANCE\nrpiece {FISHEYE} -x 64 -o p.hdr room.oct\n{rgbe}\n"),
+        format!("#?RADIANCE\nVIEW= {FISHEYE} -x 64 -y 64 -ld-\n{rgbe}\n"),
+        format!("#?RADIANCE\nrpict -vtv -vh 45 -vv 45 room.oct\nVIEW= {FISHEYE}\n{rgbe}\n"),
+        format!("#?RADIANCE\nEXPOSURE=4\nVIEW= {FISHEYE}\nEXPOSURE=0.5\nEXPOSURE= 0.5 \n{rgbe}\n"),
+    ];
+    for header in headers {
+        // The resolution line ends as the others.
+        let resolution = if header.contains('\r') { "\r\n-Y 64 +X 64\r\n" } else { "\n-Y 64 +X 64\n" };
+        let pixels = end + bytes[end..].iter().position(|b| *b == b'\n').unwrap() + 1;
+        std::fs::write(&path, [header.as_bytes(), resolution.as_bytes(), &bytes[pixels..]].concat()).unwrap();
+        let ours = table(&lucarne(&[path.to_str().unwrap()])).remove(0);
+        assert!(ours.iter().all(|(name, value)| plain[name] == *value), "{header}: {ours:?} {plain:?}");
+        let Some(mut evalglare) = evalglare() else { continue };
+        let output = evalglare.arg("-V").arg(&path).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let theirs: f64 = text.trim().parse().unwrap_or_else(|_| panic!("{header}: {text}"));
+        let ev = number(&ours, "Ev");
+        assert!((ev - theirs).abs() < 1e-3 * theirs, "{header}: {ev} {theirs}");
+    }
+}

@@ -127,8 +127,11 @@ impl Doctor {
         let count = blocks.iter().count();
         match count {
             4 => self.say(Verdict::Sound, "blocks", band, "all four components".into()),
-            // Every generator writes one side, one property, or everything.
-            3 => self.say(Verdict::Fault, "blocks", band, format!("{} is missing while the other three are there", names(false))),
+            // genBSDF's trees of rank 4 and measurements from one side: Radiance's readers expect it.
+            3 if blocks.transmission_front.is_none() || blocks.transmission_back.is_none() => {
+                self.say(Verdict::Note, "blocks", band, format!("{} is missing; it follows from the other by reciprocity", names(false)));
+            }
+            3 => self.say(Verdict::Note, "blocks", band, format!("{} is missing; Radiance takes that side as black", names(false))),
             _ => self.say(Verdict::Note, "blocks", band, format!("only {}", names(true))),
         }
         for component in Component::ALL {
@@ -211,9 +214,10 @@ impl Doctor {
             ("one of them has its incident directions turned by 180°", relative_distance(&turned(&front), &back.reversed())),
             ("one of them is mirrored left to right", relative_distance(&mirrored(&front), &back.reversed())),
         ];
-        let best = candidates.iter().min_by(|x, y| x.1.total_cmp(&y.1)).expect("there are candidates");
-        let hint =
-            if best.1 < distance / 2.0 { format!("; it looks as if {} ({:.2} % then)", best.0, best.1 * 100.0) } else { String::new() };
+        // Evidence is that everything fits then; several may fit a symmetric device.
+        let fitting = candidates.iter().filter(|(_, then)| *then <= limit && *then < distance / 2.0);
+        let fitting: Vec<_> = fitting.map(|(what, then)| format!("{what} ({:.2} % then)", then * 100.0)).collect();
+        let hint = if fitting.is_empty() { String::new() } else { format!("; it looks as if {}", fitting.join(", or ")) };
         self.say(Verdict::Fault, "reciprocity", place, text + &hint);
     }
 

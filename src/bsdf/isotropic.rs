@@ -55,26 +55,36 @@ impl AngularTable {
     }
 
     /// Reads a text table: lines of `θ Ts Td Rs Rd`, angles 0…90° for light from the outside and,
-    /// if present, 90…180° for light from the room (180° is the normal). `#` starts a comment.
+    /// if present, 90…180° for light from the room (180° is the normal). `#` starts a comment. A
+    /// first line without numbers is a header: columns stand where it names Ts, Td, Rs and Rd.
     ///
     /// # Errors
-    /// As [`new`](Self::new), with the line.
+    /// As [`new`](Self::new), with the line; a header that names some of the columns only.
     pub fn parse(text: &str, warnings: &mut Warnings) -> Result<Self> {
         let (mut front, mut back) = (Vec::new(), Vec::new());
-        for (number, line) in text.lines().enumerate() {
+        let mut columns = None;
+        for (number, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
             let number = number + 1;
             let line = line.split('#').next().unwrap_or_default();
             let words = text::words(line).map_err(|e| e.line(number))?;
             if words.is_empty() {
                 continue;
             }
+            if columns.is_none() {
+                if words.iter().all(|w| w.parse::<f64>().is_err()) {
+                    columns = Some(Columns::named(line).map_err(|e| e.line(number))?);
+                    continue;
+                }
+                columns = Some(Columns::USUAL);
+            }
+            let columns = columns.unwrap_or(Columns::USUAL);
             let parsed: Option<Vec<f64>> = words.iter().map(|w| w.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
-            let Some(values) = parsed.filter(|v| v.len() == 5) else {
-                return Err(Error::new(format!("'{}' is not a row of five numbers", line.trim()))
+            let Some(values) = parsed.filter(|v| v.len() == columns.count) else {
+                return Err(Error::new(format!("'{}' is not a row of {} numbers", line.trim(), columns.count))
                     .line(number)
                     .help("rows are: angle of incidence in degrees, Ts, Td, Rs, Rd (specular and diffuse transmittance and reflectance)"));
             };
-            let [theta, ts, td, rs, rd] = values[..] else { unreachable!("five values") };
+            let [theta, ts, td, rs, rd] = columns.places.map(|place| values[place]);
             let sample = |theta| Sample {
                 theta,
                 specular_transmittance: ts,
@@ -164,6 +174,50 @@ impl AngularTable {
             transmission_back: Some(Block::Klems(matrix(basis, &back, &front, 0))),
             reflection_front: Some(Block::Klems(matrix(basis, &front, &front, 2))),
             reflection_back: Some(Block::Klems(matrix(basis, &back, &back, 2))),
+        }
+    }
+}
+
+/// Where the columns of a table stand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Columns {
+    count: usize,
+    /// Of θ, Ts, Td, Rs, Rd.
+    places: [usize; 5],
+}
+
+impl Columns {
+    const USUAL: Self = Self { count: 5, places: [0, 1, 2, 3, 4] };
+
+    /// From a header, whose fields stand between commas, semicolons or tabs, else between spaces.
+    /// The angle is the first field that is not one of the four names.
+    fn named(header: &str) -> Result<Self> {
+        let plain = |field: &str| -> String {
+            let name = field.split(['(', '[']).next().unwrap_or_default();
+            name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase()
+        };
+        let mut fields: Vec<String> = match [',', ';', '\t'].into_iter().find(|c| header.contains(*c)) {
+            Some(separator) => header.split(separator).map(plain).collect(),
+            None => header.split_whitespace().map(plain).collect(),
+        };
+        // A separator at the end of every line.
+        fields.truncate(fields.iter().rposition(|f| !f.is_empty()).map_or(0, |last| last + 1));
+        let names = ["ts", "td", "rs", "rd"];
+        let found = names.map(|name| fields.iter().position(|f| f == name));
+        let bad = |message: String| Error::new(message).help("name the columns Ts, Td, Rs and Rd, or leave the header out");
+        if let Some(twice) = names.into_iter().find(|name| fields.iter().filter(|f| f == name).count() > 1) {
+            return Err(bad(format!("the header '{}' names {twice} twice", header.trim())));
+        }
+        match found {
+            [None, None, None, None] => Ok(Self::USUAL),
+            [Some(ts), Some(td), Some(rs), Some(rd)] => {
+                let angle = fields.iter().position(|f| !names.contains(&f.as_str()));
+                // Without a field of its own the angle stands before the others.
+                let shift = usize::from(angle.is_none());
+                let places = [angle.unwrap_or(0), ts + shift, td + shift, rs + shift, rd + shift];
+                Ok(Self { count: fields.len() + shift, places })
+            }
+            _ => Err(bad(format!("the header '{}' names some of the columns only", header.trim()))),
         }
     }
 }
@@ -390,14 +444,43 @@ mod tests {
         assert_eq!(blocks("5 .5 .1 .05 .05\n60 .4 .1 .1 .1\n", &basis).1, 2);
         let fails = |text: &str| AngularTable::parse(text, &mut Warnings::new()).unwrap_err().to_string();
         assert!(fails("0 .5 .1 .05").contains("line 1"));
-        assert!(fails("0 .5 .1 .05 x").contains("five numbers"));
-        assert!(fails("0 .5 .1 .05 nan").contains("five numbers"));
+        assert!(fails("0 .5 .1 .05 x").contains("5 numbers"));
+        assert!(fails("0 .5 .1 .05 nan").contains("5 numbers"));
+        assert!(fails("theta Ts Td Rs\n0 .5 .1 .05 .1").contains("line 1: the header 'theta Ts Td Rs' names some"));
+        assert!(fails(",Ts,Td,Rs,Rs,Rd\n0,.5,.1,.05,.1,.1").contains("names rs twice"));
+        assert!(fails(",Ts,Td,Rs,Rd,Tvis\n0,.5,.1,.05,.1").contains("line 2: '0,.5,.1,.05,.1' is not a row of 6"));
+        assert!(fails("theta,Ts,Td,Rs,Rd\n0,.5,.1,.05,.1\nTs,Td,Rs,Rd,theta\n").contains("line 3"));
         assert!(fails("0 .5 .1 .5 .1\n90 0 0 1 0").contains("more than 1"));
         assert!(fails("0 -.5 .1 .5 .1\n90 0 0 1 0").contains("within 0…1"));
         assert!(fails("0 .5 .1 .1 .1\n20 .5 .1 .1 .1").contains("ends at 20"));
         assert!(fails("0 .5 .1 .1 .1\n0 .5 .1 .1 .1").contains("do not ascend"));
         assert!(fails("190 .5 .1 .1 .1").contains("outside"));
         assert!(fails("# nothing").contains("no row"));
+    }
+
+    #[test]
+    fn a_header_says_where_the_columns_stand() {
+        let wanted = AngularTable::parse(TABLE, &mut Warnings::new()).unwrap();
+        let rows: Vec<Vec<&str>> = TABLE.lines().skip(1).map(|row| row.split_whitespace().collect()).collect();
+        let cases: [(&str, &str, &[usize]); 11] = [
+            (",Ts,Td,Rs,Rd", ",", &[0, 1, 2, 3, 4]),
+            ("theta,Ts,Td,Rs,Rd", ",", &[0, 1, 2, 3, 4]),
+            ("th Ts Td Rs Rd", " ", &[0, 1, 2, 3, 4]),
+            ("Ts Td Rs Rd", " ", &[0, 1, 2, 3, 4]),
+            ("angle tau tau_d rho rho_d", " ", &[0, 1, 2, 3, 4]),
+            ("\u{feff}theta;Rd;Rs;Td;Ts", ";", &[0, 4, 3, 2, 1]),
+            ("# film\n\n\"T_s\"\t\"T_d\"\t\"R_s\"\t\"R_d\"\t\"theta [deg]\"", "\t", &[1, 2, 3, 4, 0]),
+            ("TS (-), RS (-), theta, TD (-), RD (-)", ", ", &[1, 3, 0, 2, 4]),
+            ("Rs Rd Ts Td", " ", &[0, 3, 4, 1, 2]),
+            ("theta,Ts,Td,Rs,Rd,Tvis", ",", &[0, 1, 2, 3, 4, 1]),
+            ("theta,Tvis,Td,Ts,Rs,Rd,\r", ",", &[0, 3, 2, 1, 3, 4]),
+        ];
+        for (header, separator, order) in cases {
+            let row = |row: &Vec<&str>| order.iter().map(|column| row[*column]).collect::<Vec<_>>().join(separator) + "\n";
+            let text = format!("{header}\n{}", rows.iter().map(row).collect::<String>());
+            let found = AngularTable::parse(&text, &mut Warnings::new()).unwrap_or_else(|e| panic!("{header}: {e}"));
+            assert_eq!(found, wanted, "{header}");
+        }
     }
 
     #[test]

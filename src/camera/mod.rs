@@ -9,7 +9,7 @@ mod parse;
 mod raster;
 
 pub(crate) use raster::triangle_solid_angle;
-pub use raster::{PixelSamples, Raster};
+pub use raster::{MAX_SIDE, PixelSamples, Raster};
 
 use crate::error::{Error, Result};
 use glam::{DVec2, DVec3};
@@ -17,6 +17,15 @@ use std::f64::consts::PI;
 
 /// Below this, lengths and sines are zero (Radiance's `FTINY`).
 const TINY: f64 = 1e-6;
+
+/// Largest coordinate, clipping distance and size of a parallel view, in units of length.
+const MAX_LENGTH: f64 = 1e9;
+
+/// Largest component of a direction: its square is finite.
+const MAX_VECTOR: f64 = 1e100;
+
+/// Largest shift and lift, in pictures: the squares of image positions stay far from overflow.
+const MAX_SHIFT: f64 = 1e6;
 
 /// How directions are spread over the picture (`-vt`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -135,10 +144,24 @@ impl View {
     /// Zero direction or up vector, both parallel, sizes the projection does not allow, clipping
     /// planes in the wrong order: the cases that Radiance's `setview` refuses.
     pub fn camera(&self) -> Result<Camera> {
-        let all = [self.horizontal, self.vertical, self.fore, self.aft, self.shift, self.lift];
-        let vectors = [self.point, self.direction, self.up];
-        if !all.iter().all(|v| v.is_finite()) || !vectors.iter().all(|v| v.is_finite()) {
-            return Err(Error::new("a view parameter is not a finite number"));
+        let limits = [
+            ("-vp", self.point.abs().max_element(), MAX_LENGTH),
+            ("-vd", self.direction.abs().max_element(), MAX_VECTOR),
+            ("-vu", self.up.abs().max_element(), MAX_VECTOR),
+            ("-vh", self.horizontal, MAX_LENGTH),
+            ("-vv", self.vertical, MAX_LENGTH),
+            ("-vo", self.fore, MAX_LENGTH),
+            ("-va", self.aft, MAX_LENGTH),
+            ("-vs", self.shift.abs(), MAX_SHIFT),
+            ("-vl", self.lift.abs(), MAX_SHIFT),
+        ];
+        if let Some((option, value, limit)) = limits.into_iter().find(|(_, value, limit)| value.is_nan() || value > limit) {
+            return Err(Error::new(format!("{value:e} is out of range"))
+                .field(option)
+                .help(format!("numbers up to {limit:e} are possible")));
+        }
+        if !self.point.is_finite() || !self.direction.is_finite() || !self.up.is_finite() {
+            return Err(Error::new("a view vector is not finite"));
         }
         let unit = |v: DVec3, option: &str, name: &str| {
             v.try_normalize()

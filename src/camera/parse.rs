@@ -6,8 +6,12 @@ use crate::{files, text};
 use glam::DVec3;
 use std::path::Path;
 
-/// Programs whose command line in a header or view file counts as a view (Radiance's `isview`).
-const VIEW_PROGRAMS: [&str; 8] = ["VIEW=", "rpict", "rvu", "rview", "rpiece", "rad", "pinterp", "vwrays"];
+/// What a line of a picture's header that states a view starts with: the names of Radiance's
+/// `isview`, to which `evalglare` adds its own.
+const VIEW_PROGRAMS: [&str; 8] = ["VIEW=", "rpict", "rvu", "rview", "rpiece", "rxpiece", "pinterp", "evalglare"];
+
+/// Further starts of such lines in view files: programs that write them, and no program at all.
+const VIEW_FILE_STARTS: [&str; 3] = ["rad", "vwrays", "-v"];
 
 impl View {
     /// A view from options, starting from Radiance's standard view; nothing else may be among them.
@@ -49,8 +53,9 @@ impl View {
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = files::read(path)?;
         // A picture's pixels follow an empty line.
-        let end = (0..bytes.len()).find(|&i| bytes[i..].starts_with(b"\n\n") || bytes[i..].starts_with(b"\n\r\n"));
-        let text = text::decode(&bytes[..end.unwrap_or(bytes.len())], "a view file");
+        let lines = bytes.split(|b| *b == b'\n').take_while(|line| !line.is_empty() && *line != b"\r");
+        let end: usize = lines.map(|line| line.len() + 1).sum();
+        let text = text::decode(&bytes[..end.min(bytes.len())], "a view file");
         text.and_then(|text| Self::from_lines(&text)).map_err(|e| e.file(path))
     }
 
@@ -62,20 +67,12 @@ impl View {
         let mut view = Self::default();
         let mut options = 0;
         for (number, line) in text.lines().enumerate() {
-            if !is_view(line) {
+            if !states_view(line, &VIEW_FILE_STARTS) {
                 continue;
             }
-            let line = line.strip_prefix("VIEW=").unwrap_or(line);
-            let words: Vec<&str> = line.split_whitespace().collect();
-            let mut rest = &words[..];
-            while !rest.is_empty() {
-                match view.take_option(rest).map_err(|e| e.line(number + 1))? {
-                    Some(count) => {
-                        rest = &rest[count..];
-                        options += 1;
-                    }
-                    None => rest = &rest[1..],
-                }
+            for option in view_options(line) {
+                view.apply(&option).map_err(|e| e.line(number + 1))?;
+                options += 1;
             }
         }
         if options == 0 {
@@ -85,9 +82,22 @@ impl View {
         Ok(view)
     }
 
+    /// The view options in a line of a picture's header, each with its values (`-vp 1 2 3`): lines
+    /// that start with `VIEW=` or with a program that draws views (`/usr/bin/rpict -vta …`). As in
+    /// Radiance, an indented line tells of a picture that this one was made from and does not count,
+    /// and words that are no view options (`-x 96`, `-ld-`, `-vf file`) are skipped. Values are not
+    /// checked: [`Self::parse`] refuses an option without its numbers.
+    pub fn options_in_header(line: &str) -> Vec<String> {
+        if !states_view(line, &[]) {
+            return Vec::new();
+        }
+        let with_one_dash = |words: Vec<&str>| words.join(" ").replacen("--v", "-v", 1);
+        view_options(line).map(with_one_dash).collect()
+    }
+
     /// Takes one option from the front; the number of words it has, or `None` if it is none.
     fn take_option(&mut self, words: &[&str]) -> Result<Option<usize>> {
-        let Some(name) = words.first().and_then(|w| w.strip_prefix("--v").or_else(|| w.strip_prefix("-v"))) else {
+        let Some(name) = words.first().and_then(|w| option_name(w)) else {
             return Ok(None);
         };
         let option = words[0];
@@ -143,12 +153,44 @@ impl View {
     }
 }
 
-fn is_view(line: &str) -> bool {
-    if line.starts_with("-v") {
-        return true;
-    }
-    // Indented lines were inherited from the pictures a program read.
-    let first = line.split(' ').next().unwrap_or("");
+/// Whether a line starts with a word that announces a view; a leading path is skipped. The first
+/// word of an indented line is empty.
+fn states_view(line: &str, more: &[&str]) -> bool {
+    let first = line.split(char::is_whitespace).next().unwrap_or("");
     let program = first.rsplit(['/', '\\']).next().unwrap_or("");
-    VIEW_PROGRAMS.iter().any(|p| program.starts_with(p))
+    VIEW_PROGRAMS.iter().chain(more).any(|p| program.starts_with(p))
+}
+
+/// The view options among the words of a line, each with as many values as it should have.
+fn view_options(line: &str) -> impl Iterator<Item = Vec<&str>> {
+    let words: Vec<&str> = line.strip_prefix("VIEW=").unwrap_or(line).split_whitespace().collect();
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        while at < words.len() {
+            let count = option_length(&words[at..]).min(words.len() - at);
+            let option = words[at..at + count].to_vec();
+            at += count.max(1);
+            if count > 0 {
+                return Some(option);
+            }
+        }
+        None
+    })
+}
+
+/// `h` of `-vh`.
+fn option_name(word: &str) -> Option<&str> {
+    word.strip_prefix("--v").or_else(|| word.strip_prefix("-v"))
+}
+
+/// Number of words of the view option at the front; 0 if it is none.
+fn option_length(words: &[&str]) -> usize {
+    match option_name(words[0]) {
+        Some("p" | "d" | "u") => 4,
+        Some("h" | "v" | "o" | "a" | "s" | "l") => 2,
+        // `-vt a`, a way of writing it that the command line knows.
+        Some("t") if words.get(1).is_some_and(|kind| kind.len() == 1) => 2,
+        Some(name) if name.len() == 2 && name.starts_with('t') => 1,
+        _ => 0,
+    }
 }

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use glam::{DVec2, DVec3};
 
 /// Largest number of pixels along one side.
-const MAX_SIDE: usize = 1 << 16;
+pub const MAX_SIDE: usize = 1 << 16;
 
 /// The pixels of a picture: column 0 on the left, row 0 on **top**, as in
 /// [`crate::image::Picture`].

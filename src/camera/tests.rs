@@ -142,6 +142,49 @@ fn solid_angles_add_up() {
 }
 
 #[test]
+fn no_view_that_is_accepted_gives_a_number_without_meaning() {
+    let sizes = |projection: Projection| -> (f64, f64) {
+        match projection {
+            Projection::Perspective => (180.0 - 2e-6, 1e-5),
+            Projection::Parallel => (1e9, 1e-5),
+            Projection::Hemispherical => (180.0, 1e-5),
+            Projection::Angular => (360.0, 180.0),
+            Projection::Planispheric => (360.0 - 2e-6, 1e-5),
+            Projection::Cylindrical => (360.0, 180.0 - 2e-6),
+        }
+    };
+    for projection in Projection::ALL {
+        let (wide, narrow) = sizes(projection);
+        for (horizontal, vertical) in [(wide, narrow), (narrow.min(170.0), wide.min(179.9)), (narrow.min(170.0), narrow)] {
+            for far in [0.0, 0.5, -0.5, 1e6, -1e6] {
+                let view = View {
+                    projection,
+                    horizontal,
+                    vertical,
+                    shift: far,
+                    lift: -far,
+                    aft: 1e9,
+                    point: DVec3::splat(1e9 * far.signum()),
+                    ..View::default()
+                };
+                let raster = Raster::new(view.camera().unwrap(), 5, 4).unwrap();
+                for i in 0..20 {
+                    let whole = raster.solid_angle(i % 5, i / 5);
+                    let plain = raster.plain_solid_angle(i % 5, i / 5);
+                    assert!((0.0..=4.0 * PI).contains(&whole) && plain.is_finite(), "{view:?}: {whole} {plain}");
+                    if let Some(ray) = raster.ray(i % 5, i / 5) {
+                        assert!(
+                            (ray.direction.length() - 1.0).abs() < 1e-9 && ray.origin.is_finite() && ray.length.is_finite(),
+                            "{view:?} {ray:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn plain_solid_angles_approach_the_exact_ones() {
     for view in views().into_iter().filter(|v| v.projection != Projection::Parallel) {
         let raster = Raster::new(view.camera().unwrap(), 300, 300).unwrap();
@@ -233,6 +276,12 @@ fn options_and_view_files() {
     assert_eq!((view.projection, view.point, view.horizontal), (Projection::Hemispherical, DVec3::ONE, 120.0));
     assert!(View::from_lines("rcontrib -V+ -vtv\n").is_err());
     assert_eq!(View::from_lines("-vta -vh 99").unwrap().horizontal, 99.0);
+    // As Radiance's rays through a picture that has no VIEW= line.
+    let text = "#?RADIANCE\r\npinterp -vtl -ff -vh 3 -vx 7 -vtoo a.hdr 1\r\nvwrays -vv 4 -ld-\r\n";
+    let view = View::from_lines(text).unwrap();
+    assert_eq!((view.projection, view.horizontal, view.vertical), (Projection::Parallel, 3.0, 4.0));
+    assert_eq!(View::options_in_header("rxpiece --vtl -x 3 -vp 1 2"), ["-vtl", "-vp 1 2"]);
+    assert!(View::options_in_header("\trpict -vta").is_empty() && View::options_in_header("-vta").is_empty());
 
     for (options, expected) in [
         ("-vtq", "unknown projection"),
@@ -284,6 +333,11 @@ fn impossible_views_are_refused() {
             let out = vwrays.args(["-x", "2", "-y", "2"]).args(options.split(' ')).output().unwrap();
             assert!(!out.status.success(), "vwrays {options}");
         }
+    }
+    for options in
+        ["-vts -vs 1e308", "-vl -1e7", "-vp 0 1e10 0", "-vtl -vv 1e12", "-vo 1e300", "-va 1e10", "-vd 1e200 0 0", "-vu 0 0 -1e300"]
+    {
+        check(options, "out of range");
     }
     View::parse("-vtl -vh 4000 -vv 3000").unwrap().camera().unwrap();
     let camera = View::default().camera().unwrap();

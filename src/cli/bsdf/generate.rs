@@ -1,5 +1,6 @@
 //! `lucarne bsdf generate`: the BSDF of a shade from its geometry (as genBSDF).
 
+mod genbsdf;
 mod parametric;
 mod store;
 
@@ -30,11 +31,11 @@ Examples:
   lucarne bsdf generate --woven diameter=0.5mm,spacing=1mm,reflectance=0.6 -o woven.xml
 
 Position: +Z into the room, +Y up, the device behind z = 0 (glTF: the same). Front is the outside (WINDOW).
-Unlike genBSDF, both directions are made unless -f or -b leaves one out, diffuse reflections are not
-truncated without -ab, and geometry is embedded only with --geometry.";
+Command lines of genBSDF work. Unlike there, both directions are made unless -f or -b leaves one out,
+diffuse reflections are not truncated without -ab, and geometry is embedded only with --geometry or +geom.";
 
 /// Generates a BSDF from the geometry of a shade or device.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Files of the device: Radiance, materials first, or glTF in its own axes (+f, -f, +b, -b as in genBSDF)
@@ -72,8 +73,8 @@ pub struct Args {
     #[arg(long = "t4", value_name = "N")]
     tree4: Option<u32>,
 
-    /// Per cent of the tree's finest parts to join where they vary least
-    #[arg(short = 't', value_name = "PERCENT", default_value_t = 90.0)]
+    /// Per cent of the tree's finest parts to join where they vary least; none below 0
+    #[arg(short = 't', value_name = "PERCENT", default_value_t = 90.0, allow_negative_numbers = true)]
     cull: f64,
 
     /// Samples per incident direction
@@ -97,11 +98,11 @@ pub struct Args {
     roulette_weight: f32,
 
     /// Leave out light from the outside (front)
-    #[arg(short = 'f', conflicts_with = "no_back")]
+    #[arg(short = 'f', long = "no-front", alias = "forward", conflicts_with = "no_back")]
     no_front: bool,
 
     /// Leave out light from the room (back)
-    #[arg(short = 'b')]
+    #[arg(short = 'b', long = "no-back", alias = "backward")]
     no_back: bool,
 
     /// Helmholtz reciprocity: average (light and its way back), keep, or auto: average for trees and
@@ -149,6 +150,9 @@ pub struct Args {
     /// Device: index or part of its name (see `lucarne devices`)
     #[arg(long)]
     device: Option<String>,
+
+    #[command(flatten)]
+    genbsdf: genbsdf::GenBsdfOptions,
 }
 
 /// How often the sums are kept for going on after an interruption.
@@ -158,15 +162,16 @@ const MOST_TREE4: u32 = 6;
 const MOST_TREE3: u32 = 8;
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
+    let args = &genbsdf::translated(args.clone(), warnings)?;
     let directions = args.directions()?;
-    let (no_front, no_back, files) = args.sides();
+    let (no_front, no_back) = (args.no_front, args.no_back);
     if no_front && no_back {
         return Err(Error::new("both directions are left out").help("drop -f or -b"));
     }
     if let Some(screen) = args.screen()? {
         return args.write_screen(&screen, directions, [no_front, no_back]);
     }
-    let sample = args.sample(&files, warnings)?;
+    let sample = args.sample(warnings)?;
     let options = args.options(directions, &sample)?;
     let metres = unit(&args.unit)?;
     let device = Device::open(args.device.as_deref())?;
@@ -235,7 +240,7 @@ impl Args {
             }
             Err(Error::new(format!("2^{n} cells per side are out of range")).field(option).help(format!("choose 1 to {most}")))
         };
-        if !(0.0..100.0).contains(&self.cull) {
+        if self.cull.is_nan() || self.cull >= 100.0 {
             return Err(Error::new(format!("{} is no percentage below 100", self.cull)).field("-t"));
         }
         match (self.tree3, self.tree4) {
@@ -248,13 +253,6 @@ impl Args {
                 other => Err(Error::new(format!("'{other}' is no Klems basis")).field("--basis").help("choose full, half or quarter")),
             },
         }
-    }
-
-    /// Which sides are left out, and the files without genBSDF's `+f` and `+b`, which ask for what is
-    /// made anyway.
-    fn sides(&self) -> (bool, bool, Vec<PathBuf>) {
-        let files = self.files.iter().filter(|f| !matches!(f.to_str(), Some("+f" | "+b"))).cloned().collect();
-        (self.no_front, self.no_back, files)
     }
 
     fn options(&self, directions: Directions, sample: &Sample) -> Result<GenerationOptions> {
@@ -281,14 +279,14 @@ impl Args {
         })
     }
 
-    fn sample(&self, files: &[PathBuf], warnings: &mut Warnings) -> Result<Sample> {
+    fn sample(&self, warnings: &mut Warnings) -> Result<Sample> {
         if let Some(text) = &self.venetian {
             if self.dim.is_some() || self.periodic.is_some() {
                 return Err(Error::new("slats made by --venetian have their own box, which repeats").help("leave out -dim and --periodic"));
             }
             return venetian(text, false, warnings).map_err(|e| e.field("--venetian"));
         }
-        if files.is_empty() {
+        if self.files.is_empty() {
             return Err(Error::new("there is no device").help("name its Radiance files, or give --venetian"));
         }
         let repeats = match self.periodic.as_deref() {
@@ -300,7 +298,7 @@ impl Args {
         };
         // glTF's own axes are those of a device: +Y up, +Z towards who looks at it.
         let axes = GltfOptions { up: UpAxis::Z, scale: 1.0 };
-        let scene = read_scene_with(files, Path::new("."), &axes, warnings)?;
+        let scene = read_scene_with(&self.files, Path::new("."), &axes, warnings)?;
         let dim = self.dim.as_deref().and_then(|d| <[f64; 6]>::try_from(d).ok());
         Sample::new(scene, dim, repeats, warnings)
     }
@@ -395,7 +393,7 @@ impl Args {
         let wanted = |c: &Component| !leave_out[usize::from(!c.is_front())];
         for (blocks, table) in [&mut bsdf.visible, &mut bsdf.solar].into_iter().zip(tables) {
             for component in Component::ALL.into_iter().filter(wanted) {
-                *blocks.slot(component) = table.map(|t| t.block(component, self.cull));
+                *blocks.slot(component) = table.map(|t| t.block(component, self.cull.max(0.0)));
             }
         }
         if self.solar {

@@ -10,7 +10,8 @@ use std::process::ExitCode;
 ///
 /// The table has rows of: angle of incidence in degrees, Ts, Td, Rs, Rd (specular and diffuse
 /// transmittance and reflectance). 0-90: light from the outside (front); 90-180, optional: light
-/// from the room, 180 being its normal. '#' starts a comment.
+/// from the room, 180 being its normal. '#' starts a comment. A first line without numbers names
+/// the columns, in any order: ",Ts,Td,Rs,Rd".
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  lucarne bsdf isotropic table.dat -o film.xml\n  \
     lucarne bsdf isotropic visible.dat --solar solar.dat --name \"film 7\" -o film.xml\n  \
@@ -25,12 +26,15 @@ pub struct Args {
     /// Instead of a table: Ts,Td,Rs,Rd at normal incidence, extended by the model of Roos et al. 2001.
     #[arg(long, conflicts_with = "table", value_delimiter = ',', num_args = 1)]
     normal: Option<Vec<f64>>,
-    /// Rs,Rd at normal incidence from the room, if they differ.
+    /// Visible Rs,Rd at normal incidence from the room, if they differ.
     #[arg(long, requires = "normal", value_delimiter = ',', num_args = 1)]
     back: Option<Vec<f64>>,
     /// Solar Ts,Td,Rs,Rd at normal incidence, written into the same file.
     #[arg(long, requires = "normal", value_delimiter = ',', num_args = 1)]
     solar_normal: Option<Vec<f64>>,
+    /// Solar Rs,Rd at normal incidence from the room, if they differ.
+    #[arg(long, requires = "solar_normal", value_delimiter = ',', num_args = 1)]
+    solar_back: Option<Vec<f64>>,
     /// Number of panes p of the Roos model.
     #[arg(long, default_value_t = 1)]
     panes: u32,
@@ -58,33 +62,48 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
         let table = AngularTable::parse(&text, warnings).map_err(|e| e.file(path))?;
         Ok(table.to_blocks(&basis, warnings))
     };
-    let from_normal = |front: &[f64], warnings: &mut Warnings| -> Result<Blocks> {
-        let [ts, td, rs, rd] = front else { return Err(Error::new("four values are needed: Ts,Td,Rs,Rd").field("--normal")) };
-        let front = Sample {
-            theta: 0.0,
-            specular_transmittance: *ts,
-            diffuse_transmittance: *td,
-            specular_reflectance: *rs,
-            diffuse_reflectance: *rd,
-        };
-        let back = match args.back.as_deref() {
-            Some([rs, rd]) => Sample { specular_reflectance: *rs, diffuse_reflectance: *rd, ..front },
-            _ => front,
+    let from_normal = |[front, back]: [&Given; 2], warnings: &mut Warnings| -> Result<Blocks> {
+        let [ts, td, rs, rd] = front.values("Ts,Td,Rs,Rd")?.unwrap_or_default();
+        let front =
+            Sample { theta: 0.0, specular_transmittance: ts, diffuse_transmittance: td, specular_reflectance: rs, diffuse_reflectance: rd };
+        let back = match back.values("Rs,Rd")? {
+            Some([rs, rd]) => Sample { specular_reflectance: rs, diffuse_reflectance: rd, ..front },
+            None => front,
         };
         Ok(AngularTable::roos(front, back, args.panes, args.category, warnings)?.to_blocks(&basis, warnings))
     };
     let mut bsdf = Bsdf { name: args.name.clone(), thickness: args.thickness, ..Bsdf::default() };
-    match (&args.table, &args.normal) {
-        (Some(table), _) => bsdf.visible = from_file(table, warnings)?,
-        (None, Some(normal)) => bsdf.visible = from_normal(normal, warnings)?,
-        (None, None) => return Err(Error::new("give a table, or --normal")),
-    }
+    let given = |option, list| Given { option, list };
+    let visible = [&given("--normal", args.normal.as_deref()), &given("--back", args.back.as_deref())];
+    bsdf.visible = match &args.table {
+        Some(table) => from_file(table, warnings)?,
+        None => from_normal(visible, warnings)?,
+    };
     if let Some(table) = &args.solar {
         bsdf.solar = from_file(table, warnings)?;
     }
-    if let Some(normal) = &args.solar_normal {
-        bsdf.solar = from_normal(normal, warnings)?;
+    if let Some(normal) = args.solar_normal.as_deref() {
+        let solar = [&given("--solar-normal", Some(normal)), &given("--solar-back", args.solar_back.as_deref())];
+        bsdf.solar = from_normal(solar, warnings)?;
     }
     bsdf::write(args.output.as_deref(), &bsdf, &super::made_by())?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// An option that takes a list.
+struct Given<'a> {
+    option: &'static str,
+    list: Option<&'a [f64]>,
+}
+
+impl Given<'_> {
+    /// Its values, exactly as many as the names of a list like `Rs,Rd`.
+    fn values<const N: usize>(&self, names: &str) -> Result<Option<[f64; N]>> {
+        let Some(list) = self.list else { return Ok(None) };
+        <[f64; N]>::try_from(list).map(Some).map_err(|_| {
+            Error::new(format!("{N} values are needed, {names}, but there are {}", list.len()))
+                .field(self.option)
+                .help("separate them by commas, without spaces")
+        })
+    }
 }

@@ -1,6 +1,7 @@
 //! The text in front of the pixels: information header and resolution line.
 
 use super::input::Input;
+use crate::camera::{MAX_SIDE, View};
 use crate::error::{Error, Result};
 use std::io::Read;
 
@@ -55,10 +56,11 @@ pub struct Header {
     pub format: PixelFormat,
     /// Product of all EXPOSURE and COLORCORR lines: stored = true × exposure, per channel.
     pub exposure: [f64; 3],
-    /// Radiance options of the `VIEW=` lines, joined: a later option overrides an earlier one.
+    /// The view options of all lines that state a view ([`View::options_in_header`]), joined: a
+    /// later option takes the place of an earlier one.
     pub view: Option<String>,
     /// All lines in their order but the magic number, FORMAT and VIEW, without line ends;
-    /// EXPOSURE and COLORCORR are among them.
+    /// EXPOSURE, COLORCORR and the lines of programs are among them.
     pub lines: Vec<String>,
 }
 
@@ -68,18 +70,20 @@ pub(super) fn is_exposure(line: &str) -> bool {
 }
 
 impl Header {
-    /// Reads a header up to and including the resolution line.
+    /// Reads a header up to and including the resolution line, as Radiance's `getheader` does: any
+    /// lines up to an empty one. Neither the magic number nor FORMAT need be there: pictures of
+    /// Radiance's first years have none, and are RGBE.
     pub(super) fn read(input: &mut Input<impl Read>) -> Result<Self> {
         let mut magic = false;
         let mut format = None;
         let mut exposure = [1.0; 3];
-        let mut view: Option<String> = None;
+        let mut view: Vec<String> = Vec::new();
         let mut lines = Vec::new();
         let mut number = 0;
         loop {
             number += 1;
-            let line = read_line(input, number)?;
-            if line.is_empty() {
+            let line = read_line(input)?.ok_or_else(|| ended(magic || format.is_some(), number))?;
+            if line.is_empty() && number > 1 {
                 break;
             }
             if number == 1 {
@@ -88,7 +92,7 @@ impl Header {
                     magic = true;
                     continue;
                 }
-                if line.bytes().any(|b| !(9..127).contains(&b)) {
+                if !line.starts_with(|c: char| c.is_ascii_graphic() || c == ' ') {
                     return Err(not_a_picture());
                 }
             }
@@ -96,24 +100,32 @@ impl Header {
                 format = Some(match value.trim() {
                     "32-bit_rle_rgbe" => PixelFormat::Rgbe,
                     "32-bit_rle_xyze" => PixelFormat::Xyze,
+                    "" => continue,
                     other => {
                         return Err(Error::new(format!("'{other}' is not a picture format; expected 32-bit_rle_rgbe or 32-bit_rle_xyze"))
                             .line(number)
                             .field("FORMAT"));
                     }
                 });
-            } else if let Some(value) = line.strip_prefix("VIEW=") {
-                view = Some(view.map_or_else(|| value.trim().to_owned(), |before| format!("{before} {}", value.trim())));
-            } else {
+                continue;
+            }
+            for option in View::options_in_header(&line) {
+                // Three letters tell options apart: `-vp`, `-vt` with any kind.
+                view.retain(|earlier| earlier.get(..3) != option.get(..3));
+                view.push(option);
+            }
+            if !line.starts_with("VIEW=") {
                 multiply_exposure(&line, &mut exposure).map_err(|e| e.line(number))?;
                 lines.push(line);
             }
         }
-        if format.is_none() && !magic {
-            return Err(not_a_picture());
-        }
         number += 1;
-        let (width, height, orientation) = parse_resolution(&read_line(input, number)?).map_err(|e| e.line(number))?;
+        let is_named = magic || format.is_some();
+        let line = read_line(input)?.ok_or_else(|| ended(is_named, number))?;
+        // Only the resolution tells an early picture from any other text.
+        let resolution = parse_resolution(&line).map_err(|e| if is_named { e.line(number) } else { not_a_picture() });
+        let (width, height, orientation) = resolution?;
+        let view = (!view.is_empty()).then(|| view.join(" "));
         Ok(Self { width, height, orientation, format: format.unwrap_or(PixelFormat::Rgbe), exposure, view, lines })
     }
 
@@ -152,16 +164,21 @@ pub(super) fn compose(width: usize, height: usize, view: Option<&str>, lines: &[
 }
 
 fn not_a_picture() -> Error {
-    Error::new("this is not a Radiance picture: neither '#?RADIANCE' nor a FORMAT line")
+    Error::new("this is not a Radiance picture: it has no header that ends with an empty line and a resolution")
 }
 
-fn read_line(input: &mut Input<impl Read>, number: usize) -> Result<String> {
+fn ended(is_named: bool, line: usize) -> Error {
+    if is_named { Error::new("the file ends within its header").line(line) } else { not_a_picture() }
+}
+
+/// The next line, without its end (LF or CR LF); `None` if the input ends first.
+fn read_line(input: &mut Input<impl Read>) -> Result<Option<String>> {
     let mut bytes = Vec::new();
     loop {
         match input.byte()? {
-            Some(b'\n') => return Ok(String::from_utf8_lossy(&bytes).into_owned()),
+            Some(b'\n') => return Ok(Some(String::from_utf8_lossy(bytes.strip_suffix(b"\r").unwrap_or(&bytes)).into_owned())),
             Some(b) => bytes.push(b),
-            None => return Err(Error::new("the file ends within its header").line(number)),
+            None => return Ok(None),
         }
         if input.offset() > MAX_HEADER as u64 {
             return Err(not_a_picture());
@@ -175,14 +192,11 @@ fn multiply_exposure(line: &str, exposure: &mut [f64; 3]) -> Result<()> {
     }
     let (key, value) = line.split_once('=').unwrap_or((line, ""));
     let bad = || Error::new(format!("'{}' is not a positive factor", value.trim())).field(key);
-    let mut numbers = Vec::new();
-    for word in value.split_whitespace() {
-        let number: f64 = word.parse().map_err(|_| bad())?;
-        // Beyond these the pixels themselves would leave the range of f32.
-        if !(1e-30..=1e30).contains(&number) {
-            return Err(bad());
-        }
-        numbers.push(number);
+    // Words behind the numbers are remarks.
+    let numbers: Vec<f64> = value.split_whitespace().map_while(|word| word.parse().ok()).collect();
+    // Beyond these the pixels themselves would leave the range of f32.
+    if !numbers.iter().all(|number| (1e-30..=1e30).contains(number)) {
+        return Err(bad());
     }
     match (key, numbers.as_slice()) {
         ("EXPOSURE", [all]) => exposure.iter_mut().for_each(|e| *e *= all),
@@ -197,8 +211,10 @@ fn parse_resolution(line: &str) -> Result<(usize, usize, Orientation)> {
         Error::new(format!("'{}' is no resolution; expected for instance '-Y 480 +X 640'", line.chars().take(60).collect::<String>()))
             .field("resolution")
     };
-    let words: Vec<&str> = line.split_whitespace().collect();
-    let [first_axis, first, second_axis, second] = words[..] else { return Err(bad()) };
+    // `-Y 480 +X 640`; spaces are free, and what follows is not read.
+    let spaced = line.replace('X', "X ").replace('Y', "Y ").replace('+', " +").replace('-', " -");
+    let words: Vec<&str> = spaced.split_whitespace().collect();
+    let [first_axis, first, second_axis, second, ..] = words[..] else { return Err(bad()) };
     let increasing = |axis: &str| match axis.as_bytes().first() {
         Some(b'+') => Ok(true),
         Some(b'-') => Ok(false),
@@ -223,7 +239,10 @@ fn parse_resolution(line: &str) -> Result<(usize, usize, Orientation)> {
     if width == 0 || height == 0 {
         return Err(Error::new(format!("a picture of {width} × {height} has no pixels")).field("resolution"));
     }
-    if width.checked_mul(height).is_none_or(|n| n > MAX_PIXELS) {
+    if width.max(height) > MAX_SIDE {
+        return Err(Error::new(format!("a picture of {width} × {height} is longer than {MAX_SIDE} pixels")).field("resolution"));
+    }
+    if width * height > MAX_PIXELS {
         return Err(Error::new(format!("a picture of {width} × {height} is larger than {MAX_PIXELS} pixels")).field("resolution"));
     }
     Ok((width, height, orientation))

@@ -1,6 +1,7 @@
 //! Radiance pictures (`.hdr`, `.pic`): RGBE and XYZE.
 //!
-//! The format is that of Radiance's `color.c` and `resolu.c`. Reading understands flat, old and
+//! The format is that of Radiance's `header.c`, `color.c` and `resolu.c`. Reading understands headers
+//! with and without magic number and FORMAT, views in lines of programs, flat, old and
 //! new run-length coding, all eight orders of scanlines, EXPOSURE and COLORCORR (undone unless
 //! asked otherwise) and XYZE (turned into Radiance's RGB); writing gives the bytes Radiance would
 //! write for the same pixels. Round trip: a value comes back within −0.4 … +0.4 % of the largest
@@ -60,21 +61,19 @@ fn collect(mut reader: ScanlineReader<impl Read>) -> Result<Picture> {
     let Header { width, height, orientation, .. } = *reader.header();
     let (count, length) = reader.header().scanlines();
     let mut row = vec![[0.0; 3]; length];
-    // The first scanline comes before the big allocation, so that a file of a few bytes with a
-    // large resolution costs nothing.
-    reader.read(&mut row)?;
-    let mut pixels = vec![[0.0; 3]; width * height];
-    for scan in 0..count {
-        if scan > 0 {
-            reader.read(&mut row)?;
-        }
-        if orientation == Orientation::STANDARD {
-            pixels[scan * width..][..width].copy_from_slice(&row);
-        } else {
-            for (along, &pixel) in row.iter().enumerate() {
-                let (x, y) = orientation.place(scan, along, width, height);
-                pixels[y * width + x] = pixel;
-            }
+    // The memory grows with what the file holds, not with what its resolution promises.
+    let mut pixels = Vec::new();
+    for _ in 0..count {
+        reader.read(&mut row)?;
+        pixels.extend_from_slice(&row);
+    }
+    if orientation == Orientation::STANDARD {
+        pixels.shrink_to_fit();
+    } else {
+        let stored = std::mem::replace(&mut pixels, vec![[0.0; 3]; width * height]);
+        for (at, pixel) in stored.into_iter().enumerate() {
+            let (x, y) = orientation.place(at / length, at % length, width, height);
+            pixels[y * width + x] = pixel;
         }
     }
     let mut picture = Picture::new(width, height, pixels)?;

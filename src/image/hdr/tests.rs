@@ -142,7 +142,7 @@ fn old_run_lengths() {
 
 #[test]
 fn exposure_is_undone_and_the_rest_of_the_header_kept() {
-    let text = "#?RADIANCE\nrpict -vta room.oct\nEXPOSURE=2\n\tEXPOSURE=77\nVIEW= -vta -vh 180 -vv 180\nEXPOSURE= 1.5e0 \nCOLORCORR=1 2 4\n\
+    let text = "#?RADIANCE\nrpict -vtv room.oct\nEXPOSURE=2\n\tEXPOSURE=77\nVIEW= -vta -vh 180 -vv 180\nEXPOSURE= 1.5e0 \nCOLORCORR=1 2 4\n\
                 PIXASPECT=1\nVIEW= -vp 1 2 3\nFORMAT=32-bit_rle_rgbe\n\n-Y        1 +X        2\n";
     let mut bytes = text.as_bytes().to_vec();
     bytes.extend([200, 100, 50, 130, 0, 0, 0, 0]);
@@ -150,7 +150,7 @@ fn exposure_is_undone_and_the_rest_of_the_header_kept() {
     let stored = from_rgbe([200, 100, 50, 130]);
     assert_eq!(undone.pixels[0], [stored[0] / 3.0, stored[1] / 6.0, stored[2] / 12.0]);
     assert_eq!(undone.view.as_deref(), Some("-vta -vh 180 -vv 180 -vp 1 2 3"));
-    assert_eq!(undone.header, ["rpict -vta room.oct", "\tEXPOSURE=77", "PIXASPECT=1"]);
+    assert_eq!(undone.header, ["rpict -vtv room.oct", "\tEXPOSURE=77", "PIXASPECT=1"]);
     let kept = decode(&bytes, Exposure::Keep).unwrap();
     assert_eq!(kept.pixels[0], stored);
     assert_eq!(kept.header.len(), 6);
@@ -162,6 +162,88 @@ fn exposure_is_undone_and_the_rest_of_the_header_kept() {
     let theirs = floats(&output(pvalue.args(["-o", "-h", "-H", "-df"]).arg(file(&folder, "e.hdr", &bytes))));
     for (a, b) in theirs[0].iter().zip(undone.pixels[0]) {
         assert!((a - b).abs() <= 2e-7 * b, "{theirs:?} {:?}", undone.pixels[0]);
+    }
+}
+
+/// A picture of 2 × 1 pixels with this text before its resolution line.
+fn with_header(text: &str, end_of_line: &str) -> Vec<u8> {
+    let mut bytes = format!("{text}\n-Y 1 +X 2\n").replace('\n', end_of_line).into_bytes();
+    bytes.extend([200, 100, 50, 130, 10, 200, 13, 129]);
+    bytes
+}
+
+#[test]
+fn headers_are_taken_as_radiance_takes_them() {
+    let rgbe = "FORMAT=32-bit_rle_rgbe\n";
+    let fisheye = "-vta -vd 0 1 0 -vh 180 -vv 180";
+    // The header's text, the view that it states, the factor of its exposures.
+    let cases = [
+        // No magic number, no FORMAT, a line of a program first.
+        (format!("oconv room.rad\nrpict -vf fish.vf -x 96 room.oct\nVIEW= {fisheye}\npfilt -1 -x /2\nEXPOSURE=2\n"), Some(fisheye), 2.0),
+        (format!("VIEW= {fisheye}\n"), Some(fisheye), 1.0),
+        ("pfilt -1 -x /2\n".into(), None, 1.0),
+        (format!("#?RGBE\nFORMAT=\n{rgbe}VIEW= {fisheye}\n"), Some(fisheye), 1.0),
+        // Views in lines of programs; words that are no view options are skipped.
+        (
+            format!("#?RADIANCE\nrpict -x 96 -vp 9 9 9 -ab 2 room.oct\nVIEW= {fisheye} -vp 1 2 3\n{rgbe}"),
+            Some("-vta -vd 0 1 0 -vh 180 -vv 180 -vp 1 2 3"),
+            1.0,
+        ),
+        (format!("#?RADIANCE\n/usr/local/bin/rvu {fisheye} room.oct\n{rgbe}"), Some(fisheye), 1.0),
+        (format!("#?RADIANCE\nC:\\Radiance\\bin\\rpict.exe {fisheye} room.oct\n{rgbe}"), Some(fisheye), 1.0),
+        (format!("#?RADIANCE\nrpiece -x 64 {fisheye} -y 64 -o p.hdr room.oct\n{rgbe}"), Some(fisheye), 1.0),
+        (format!("#?RADIANCE\nrview\t{fisheye}\n{rgbe}"), Some(fisheye), 1.0),
+        (
+            format!("#?RADIANCE\nold.hdr:\n\tVIEW= -vth -vh 180\n\tEXPOSURE=7\npinterp {fisheye} -x 96 -ff old.hdr 1\n{rgbe}"),
+            Some(fisheye),
+            1.0,
+        ),
+        (format!("#?RADIANCE\nVIEW= -x 96 {fisheye} -y 96 -ld- -vf a.vf -ve 3 -vwrays -vtfoo\n{rgbe}"), Some(fisheye), 1.0),
+        (format!("#?RADIANCE\nVIEW={fisheye} \n{rgbe}"), Some(fisheye), 1.0),
+        // Each option's last value.
+        (format!("#?RADIANCE\nVIEW= -vth -vu 0 0 1\nVIEW= {fisheye} -vh 90\n{rgbe}"), Some("-vu 0 0 1 -vta -vd 0 1 0 -vv 180 -vh 90"), 1.0),
+        // No views: other programs, indented lines, no option.
+        (format!("#?RADIANCE\nrtrace -vta -vh 180 -vv 180\n VIEW= {fisheye}\nVIEW= room 7\nvwrays {fisheye}\n{rgbe}"), None, 1.0),
+        (format!("#?RADIANCE\nEXPOSURE=2\nEXPOSURE=0.25 (two stops)\nEXPOSURE= 3e0\n \n{rgbe}"), None, 1.5),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    for (text, view, exposure) in &cases {
+        for end_of_line in ["\n", "\r\n"] {
+            let bytes = with_header(text, end_of_line);
+            let picture = decode(&bytes, Exposure::Undo).unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert_eq!(picture.view.as_deref(), *view, "{text}");
+            let stored = [[200, 100, 50, 130], [10, 200, 13, 129]].map(from_rgbe);
+            assert_eq!(picture.pixels, stored.map(|p| p.map(|v| (f64::from(v) * (1.0 / exposure)) as f32)), "{text}");
+            // Written again, it means the same.
+            let kept = decode(&bytes, Exposure::Keep).unwrap();
+            assert_eq!(decode(&encode(&kept).unwrap(), Exposure::Undo).unwrap(), picture, "{text}");
+
+            let Some(mut pvalue) = radiance("pvalue") else { continue };
+            let path = file(&folder, "h.hdr", &bytes);
+            let theirs = floats(&output(pvalue.args(["-o", "-h", "-H", "-df"]).arg(&path)));
+            for (a, b) in theirs.as_flattened().iter().zip(picture.pixels.as_flattened()) {
+                assert!((a - b).abs() <= 2e-7 * b, "{text}: {theirs:?} {:?}", picture.pixels);
+            }
+            // A program that takes the view of a picture: square or not, with or without a view.
+            let mut vwrays = radiance("vwrays").unwrap();
+            let theirs = vwrays.args(["-d", "-x", "100", "-y", "100", "-vf"]).arg(&path).output().unwrap();
+            let knows = (view.is_some() && !text.contains('\\')) || text.contains("vwrays ");
+            assert_eq!(theirs.status.success(), knows, "{text}");
+        }
+    }
+    for text in ["two\nlines\n", "\u{1}rpict\n", "\n", "notes\n\n-Y\n"] {
+        assert!(decode(&with_header(text, "\r"), Exposure::Undo).unwrap_err().to_string().contains("not a Radiance picture"));
+    }
+    assert!(decode(b"Dear reader,\n\nhow are you?\n", Exposure::Undo).unwrap_err().to_string().contains("not a Radiance picture"));
+}
+
+#[test]
+fn resolution_lines_need_no_spaces() {
+    for line in ["-Y 1 +X 2", "  -Y   1\t+X 2\r", "-Y1+X2", "-Y 1 +X 2 and more"] {
+        let mut bytes = format!("#?RADIANCE\n\n{line}\n").into_bytes();
+        bytes.extend([200, 100, 50, 130, 10, 200, 13, 129]);
+        let picture = decode(&bytes, Exposure::Undo).unwrap();
+        assert_eq!((picture.width, picture.height, picture.pixels[1]), (2, 1, from_rgbe([10, 200, 13, 129])), "{line}");
     }
 }
 
@@ -246,8 +328,14 @@ fn damaged_codes_and_headers_are_named() {
         (rgbe, b"-Y 1 +X 20\n\x01\x01\x01\x05", "starts with a repetition"),
         (rgbe, b"-Y 1 +X 2\n\x80\x01\x01\x80\x01\x01\x01\x05", "repetition at pixel 1"),
         (rgbe, b"-Y 0 +X 20\n", "no pixels"),
-        (rgbe, b"-Y 2000000000 +X 2000000000\n", "larger than"),
-        (rgbe, b"-Y 99999999999999999999999 +X 1\n", "larger than"),
+        (rgbe, b"-Y 2000000000 +X 2000000000\n", "longer than 65536"),
+        (rgbe, b"-Y 99999999999999999999999 +X 1\n", "longer than 65536"),
+        (rgbe, b"-Y 268435456 +X 1\n\x80\x80\x80\x80", "longer than 65536"),
+        (rgbe, b"+X 1 -Y 268435456\n\x80\x80\x80\x80", "longer than 65536"),
+        (rgbe, b"-Y 65536 +X 65536\n", "larger than"),
+        // As many pixels as are allowed, and four bytes: nothing is laid out for them.
+        (rgbe, b"-Y 65536 +X 4096\n\x80\x80\x80\x80", "scanline 1 of 65536"),
+        (rgbe, b"-X 65536 +Y 4096\n\x80\x80\x80\x80", "scanline 1 of 65536"),
         (rgbe, b"-Y 3 +Y 3\n", "no resolution"),
         (rgbe, b"-Y -3 +X 3\n", "no resolution"),
         (rgbe, b"Y 3 X 3\n", "no resolution"),
@@ -255,6 +343,9 @@ fn damaged_codes_and_headers_are_named() {
         ("FORMAT=float", b"-Y 1 +X 1\n", "not a picture format"),
         ("EXPOSURE=0", b"-Y 1 +X 1\n", "EXPOSURE"),
         ("EXPOSURE=nan", b"-Y 1 +X 1\n", "EXPOSURE"),
+        ("EXPOSURE=1,5", b"-Y 1 +X 1\n", "EXPOSURE"),
+        ("EXPOSURE=", b"-Y 1 +X 1\n", "EXPOSURE"),
+        ("EXPOSURE=2 0", b"-Y 1 +X 1\n", "EXPOSURE"),
         ("EXPOSURE=1 2", b"-Y 1 +X 1\n", "EXPOSURE"),
         ("COLORCORR=1", b"-Y 1 +X 1\n", "COLORCORR"),
     ] {
