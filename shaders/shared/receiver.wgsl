@@ -6,6 +6,7 @@ struct Receiver {
     number: u32,
     // Unit length.
     normal: vec3<f32>,
+    // Of sensors of the view matrix: bits of an f32, by which `near_radius` is multiplied if it is above 1.
     padding1: u32,
 }
 

@@ -7,7 +7,6 @@ use crate::kernels::trace::reference::glass_pane;
 use crate::kernels::trace::rooms::{Builder, PlaneMirror, mirrored_irradiance, polish, polygon_irradiance, sensor, window};
 use crate::progress::Silent;
 use crate::scene::MaterialKind;
-use glam::DVec3;
 
 /// A small window ten metres away, as in a long corridor.
 fn far_window() -> Window {
@@ -92,7 +91,8 @@ fn images_in_smooth_planes_are_those_of_the_definition() {
     let eye = sensor([1.0, 10.0, 1.0], [0.0, -1.0, 0.0]);
     let corridors = corridors(&eye);
     let worst = |print: bool| {
-        corridors.iter().enumerate().fold(0.0f64, |worst, (i, c)| {
+        // Faults are looked for in the first wall's light alone.
+        corridors.iter().take(if print { usize::MAX } else { 3 }).enumerate().fold(0.0f64, |worst, (i, c)| {
             let (found, error) = imaged(&device, &c.scene, eye, 3, false);
             // Behind a pane a path may be reflected still more often.
             let behind = if c.scene.materials.len() > 1 { 0.03 * c.wanted } else { 0.0 };
@@ -112,7 +112,7 @@ fn images_in_smooth_planes_are_those_of_the_definition() {
         ("trace/view_images", "passed *= parts[0];", "passed *= 0.5 * parts[0];"),
         ("trace/view_images", "rest * 0.99999", "rest * 1.01"),
         ("trace/view_images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
-        ("trace/view_near", "specular_before && !imaged && front", "specular_before && front"),
+        ("trace/view_images", "triangle_plane(hit.triangle) == view.plane", "triangle_plane(hit.triangle) > 0u"),
         ("shared/bvh", "bitcast<u32>(bvh_triangles[triangle * 3u + 2u].w)", "0u"),
     ] {
         let found = mutation::with(path, from, to, || worst(false));
@@ -124,15 +124,18 @@ fn images_in_smooth_planes_are_those_of_the_definition() {
 fn every_seed_sees_the_image_and_states_its_error() {
     let Some(device) = Device::for_tests("images of windows by seeds") else { return };
     let eye = sensor([1.0, 10.0, 1.0], [0.0, -1.0, 0.0]);
-    let room = &corridors(&eye)[0];
-    let mut squares = 0.0;
-    for seed in 0..12 {
-        let (found, error) = imaged(&device, &room.scene, eye, seed, true);
-        assert!(error > 0.0 && (found - room.wanted).abs() < 5.0 * error, "seed {seed}: {found} ± {error}, wanted {}", room.wanted);
-        squares += ((found - room.wanted) / error).powi(2);
+    let corridors = corridors(&eye);
+    // The whole image, and one that the wall's upper edge cuts.
+    for room in [&corridors[0], &corridors[2]] {
+        let mut squares = 0.0;
+        for seed in 0..12 {
+            let (found, error) = imaged(&device, &room.scene, eye, seed, true);
+            assert!(error > 0.0 && (found - room.wanted).abs() < 5.0 * error, "seed {seed}: {found} ± {error}, wanted {}", room.wanted);
+            squares += ((found - room.wanted) / error).powi(2);
+        }
+        // Squares of Student's t with 7 degrees of freedom: mean 1.4, of twelve of them below 4.
+        assert!(squares / 12.0 < 4.0, "{}", squares / 12.0);
     }
-    // Squares of Student's t with 7 degrees of freedom: mean 1.4, of twelve of them below 4.
-    assert!(squares / 12.0 < 4.0, "{}", squares / 12.0);
 }
 
 /// A window behind a black screen at y = 1 with a slit of this width from x = 2.

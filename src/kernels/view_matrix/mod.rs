@@ -32,7 +32,7 @@ use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
 use crate::scene::{Scene, Window};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 gpu_struct! {
@@ -83,7 +83,8 @@ pub struct ViewOptions {
     pub seed: u32,
     /// Path weight below which Russian roulette decides (Radiance's `-lw`).
     pub roulette_weight: f32,
-    /// Connections shorter than this multiple of the windows' size are left to `near_samples`.
+    /// Connections shorter than this multiple of the windows' size are left to `near_samples`, longer ones
+    /// too if windows are small and far away.
     pub near_radius: f32,
     /// Whether the batches themselves are handed back too.
     pub keep_batches: bool,
@@ -116,6 +117,8 @@ impl Default for ViewOptions {
 /// Fixed-point units that `view_direct` may add to one cell; half the range, since area sampling
 /// of small windows exceeds their mean solid angle a little.
 const DIRECT_CAPACITY: f32 = (1u32 << 31) as f32;
+/// Lights that are wanted within a sensor's near radius, see `ViewTracer::reach`.
+const LIGHTS_NEARBY: f64 = 60.0;
 /// `MOST_RAYS` of `view_gather`.
 const MOST_VISIBILITY_RAYS: u32 = 32;
 /// Virtual lights of one round, at most, bytes.
@@ -242,7 +245,7 @@ impl<'d> ViewTracer<'d> {
                 position: beside_surface(self.tables.normalization.point(s.position), s.direction.normalize().as_vec3()).to_array(),
                 number: (first + i) as u32,
                 normal: s.direction.normalize().as_vec3().to_array(),
-                padding1: 0,
+                padding1: self.reach(s.position).to_bits(),
             })
             .collect();
         let sensors_buffer = self.device.upload("sensors", &records)?;
@@ -306,6 +309,19 @@ impl<'d> ViewTracer<'d> {
             }
         }
         Ok(())
+    }
+
+    /// By what the near radius of a sensor is multiplied. Of a small window far away few light paths come near
+    /// the sensor; its surroundings are then left to the sensor's own paths, so far out that
+    /// [`LIGHTS_NEARBY`] can be expected within them: of N paths that the window sends to all sides,
+    /// N r² / (π d²) meet a disc of radius r at the distance d.
+    fn reach(&self, position: DVec3) -> f32 {
+        let scale = self.tables.normalization.scale;
+        let corners = self.windows.iter().flat_map(|w| w.triangles.iter().flatten());
+        let distance = corners.map(|c| c.distance(position)).fold(f64::INFINITY, f64::min) * scale;
+        let paths = f64::from(self.options.light_paths * self.options.batches) * self.tables.bins() as f64;
+        let radius = distance * (LIGHTS_NEARBY * std::f64::consts::PI / paths).sqrt();
+        (radius / f64::from(self.options.near_radius)).max(1.0) as f32
     }
 
     /// The straight part per batch, `[batch][sensor][bin][rgb]`: exact unobstructed values times the

@@ -19,6 +19,9 @@ use std::f64::consts::PI;
 const SEEDS: u32 = 200;
 const OF_ONE: f64 = 0.046;
 const OF_ALL: f64 = 0.023;
+/// Seeds without any tracing, and what they allow.
+const DRAWN_SEEDS: u32 = 600;
+const OF_DRAWN: f64 = 0.027;
 
 /// A matrix of which the sum of all entries, weighted by rows, is asked for.
 struct Case<'a> {
@@ -54,7 +57,7 @@ fn value_of(case: &Case<'_>, e: &Estimate) -> f64 {
 }
 
 /// Samples until the target is met, for every seed.
-fn found(case: &Case<'_>) -> Found {
+fn found(case: &Case<'_>, seeds: u32) -> Found {
     let judge = |estimates: &[Estimate]| -> Result<Judgement> {
         let e = &estimates[0];
         let variance = e.spread.variance(0).unwrap();
@@ -68,7 +71,7 @@ fn found(case: &Case<'_>) -> Found {
     };
     let mut found = Found::default();
     let folder = tempfile::tempdir().unwrap();
-    for seed in 0..SEEDS {
+    for seed in 0..seeds {
         let store = Store::open(&folder.path().join(seed.to_string())).unwrap();
         let source = Source {
             name: "V".into(),
@@ -86,9 +89,9 @@ fn found(case: &Case<'_>) -> Found {
         let off = (value - case.truth).abs();
         found.cases += 1;
         found.held += u32::from(off <= student_95(e.spread.degrees() as usize) * error);
-        found.rounds += f64::from(e.rounds) / f64::from(SEEDS);
-        found.stated += error / case.truth / f64::from(SEEDS);
-        found.squares += (off / case.truth).powi(2) / f64::from(SEEDS);
+        found.rounds += f64::from(e.rounds) / f64::from(seeds);
+        found.stated += error / case.truth / f64::from(seeds);
+        found.squares += (off / case.truth).powi(2) / f64::from(seeds);
     }
     eprintln!(
         "{}: {:.1} % of {} intervals hold the truth; {:.1} rounds, stated {:.2} %, true {:.2} %",
@@ -225,7 +228,7 @@ fn intervals_hold_the_truth_in_95_percent_of_cases_where_few_samples_find_the_li
         return;
     };
     let cases = [polished_wall(&device), slit(&device), far_window(&device), slats(&device)];
-    let all: Vec<(&str, Found)> = cases.iter().map(|c| (c.name, found(c))).collect();
+    let all: Vec<(&str, Found)> = cases.iter().map(|c| (c.name, found(c, SEEDS))).collect();
     for (name, found) in &all {
         assert!((found.share() - 0.95).abs() <= OF_ONE, "{name}: {:.1} %", 100.0 * found.share());
     }
@@ -259,12 +262,11 @@ fn drawn(mean: f64, seed: u32) -> TracedMatrix {
 
 #[test]
 fn rare_hits_are_neither_stopped_at_too_early_nor_stated_too_small() {
-    for (mean, target) in [(0.02, 0.1), (0.2, 0.05), (2.0, 0.05), (20.0, 0.02)] {
+    for (mean, target) in [(0.02, 0.2), (0.2, 0.1), (2.0, 0.05), (20.0, 0.02)] {
         let name = format!("{mean} hits per batch");
-        let case =
-            Case { name: &name, shape: (1, 1), weights: vec![1.0], truth: mean, target, trace: Box::new(move |seed| drawn(mean, seed)) };
-        let found = found(&case);
-        assert!((found.share() - 0.95).abs() <= OF_ONE, "{name}: {:.1} %", 100.0 * found.share());
+        let case = Case { name: &name, shape: (1, 1), weights: vec![1.0], truth: mean, target, trace: Box::new(move |seed| drawn(mean, seed)) };
+        let found = found(&case, DRAWN_SEEDS);
+        assert!((found.share() - 0.95).abs() <= OF_DRAWN, "{name}: {:.1} %", 100.0 * found.share());
         assert!(found.squares.sqrt() < 1.1 * target, "{name}: {}", found.squares.sqrt());
     }
 }
