@@ -175,9 +175,10 @@ impl<'a> Run<'a> {
         if self.progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
     }
 
-    fn note(&mut self, name: &str, (rows, columns): (usize, usize), reused: bool, seconds: f64, rounds: u32) {
+    fn note(&mut self, name: &str, (rows, columns): (usize, usize), reused: bool, seconds: f64, (rounds, rays): (u32, u64)) {
+        let rays = if reused { 0 } else { rays };
         let rounds = (rounds > 0).then_some(rounds);
-        self.matrices.push(MatrixSummary { name: name.to_string(), rows, columns, reused, seconds, rounds });
+        self.matrices.push(MatrixSummary { name: name.to_string(), rows, columns, reused, seconds, rays, rounds });
     }
 
     fn sky(&mut self) -> Result<Matrix<f32>> {
@@ -197,7 +198,7 @@ impl<'a> Run<'a> {
                 sky
             }
         };
-        self.note("S", (sky.rows(), sky.cols()), reused, clock.elapsed().as_secs_f64(), 0);
+        self.note("S", (sky.rows(), sky.cols()), reused, clock.elapsed().as_secs_f64(), (0, 0));
         Ok(sky)
     }
 
@@ -220,6 +221,8 @@ impl<'a> Run<'a> {
                 columns: five.census().needed,
                 reused: traced.is_none(),
                 seconds,
+                // Of all groups together.
+                rays: traced.map_or(0, |t| t.segments),
                 rounds: None,
             });
         }

@@ -136,6 +136,8 @@ pub struct MatrixSummary {
     pub reused: bool,
     /// Seconds it took (to compute or to read); of V and D those of all sensors and windows.
     pub seconds: f64,
+    /// Rays counted for it in this run.
+    pub rays: u64,
     /// Rounds of sampling; absent where there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounds: Option<u32>,
@@ -152,6 +154,8 @@ pub struct Seconds {
     pub daylight: f64,
     /// Sun matrix.
     pub suns: f64,
+    /// Suns in pictures, a part of `write` or `glare`.
+    pub sun_pictures: f64,
     /// Product of all matrices.
     pub product: f64,
     /// Propagation of the standard errors.

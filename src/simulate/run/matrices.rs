@@ -178,7 +178,7 @@ impl Run<'_> {
                     self.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
                 }
                 if suffix.is_empty() {
-                    self.note(&name, (part.rows(), part.cols()), !traced, self.seconds.view, view.rounds);
+                    self.note(&name, (part.rows(), part.cols()), !traced, self.seconds.view, (view.rounds, view.rays));
                 }
             }
         }
@@ -203,7 +203,7 @@ impl Run<'_> {
         if !self.store.has_matrix(&t_name, transmission_inputs) {
             self.store.save(&t_name, &t, transmission_inputs, "transmission, rows outgoing bins, columns incident bins")?;
         }
-        self.note(&name, (total.rows(), total.cols()), !traced, self.seconds.daylight, daylight.rounds);
+        self.note(&name, (total.rows(), total.cols()), !traced, self.seconds.daylight, (daylight.rounds, daylight.rays));
         Ok(())
     }
 }

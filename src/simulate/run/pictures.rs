@@ -86,6 +86,7 @@ impl Run<'_> {
                 let glare = self.project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
                 let needed = if glare || components { lit_columns(sky) } else { hours.clone() };
                 suns = Some(self.sun_pictures(five.suns(), view, &needed, &mut statistics)?);
+                self.seconds.sun_pictures += clock.elapsed().as_secs_f64();
                 self.count(statistics, clock);
             }
             if components {
@@ -143,7 +144,8 @@ impl Run<'_> {
             }
         };
         let seconds = clock.elapsed().as_secs_f64();
-        self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds, rounds: None });
+        let rays = statistics.segments;
+        self.matrices.push(MatrixSummary { name: format!("V_{}", view.name), rows, columns, reused, seconds, rays, rounds: None });
         self.count(statistics, clock);
         Ok(error)
     }
