@@ -1,6 +1,7 @@
 //! From a project to its results: what the command line and the viewer both call.
 
 mod annual;
+pub mod costs;
 mod estimate;
 mod fingerprint;
 mod five_phase;

@@ -126,7 +126,7 @@ pub struct ViewSummary {
 /// One matrix file.
 #[derive(Debug, Clone, Serialize)]
 pub struct MatrixSummary {
-    /// Name of the file in `matrices/`, without `.mtx`.
+    /// Name of the file in `matrices/`, without `.mtx`; `suns_VIEW` for the suns' sparse pictures.
     pub name: String,
     /// Rows.
     pub rows: usize,

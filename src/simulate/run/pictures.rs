@@ -86,7 +86,11 @@ impl Run<'_> {
                 let glare = self.project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
                 let needed = if glare || components { lit_columns(sky) } else { hours.clone() };
                 suns = Some(self.sun_pictures(five.suns(), view, &needed, &mut statistics)?);
-                self.seconds.sun_pictures += clock.elapsed().as_secs_f64();
+                let seconds = clock.elapsed().as_secs_f64();
+                self.seconds.sun_pictures += seconds;
+                let (name, rays, pixels) = (format!("suns_{}", view.name), statistics.segments, view.raster()?.len());
+                let columns = suns.iter().flat_map(SunPictures::suns).count();
+                self.matrices.push(MatrixSummary { name, rows: pixels, columns, reused: rays == 0, seconds, rays, rounds: None });
                 self.count(statistics, clock);
             }
             if components {
