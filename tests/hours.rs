@@ -70,7 +70,9 @@ fn quarters_of_an_hour_count_as_quarters_and_carry_the_hour_of_the_year() {
 #[test]
 fn hours_that_the_weather_lacks_are_refused_before_tracing() {
     let folder = tempfile::tempdir().unwrap();
-    for (images, words) in [("[12]", "hour 12 of the year (1 January, 12 o'clock) is not in the weather file"), ("[1908, 1908]", "named twice")] {
+    for (images, words) in
+        [("[12]", "hour 12 of the year (1 January, 12 o'clock) is not in the weather file"), ("[1908, 1908]", "named twice")]
+    {
         let message = Inputs::read(&project(folder.path(), images), &mut Warnings::new()).unwrap_err().to_string();
         assert!(message.contains("project.toml:17: images.hours: ") && message.contains(words), "{message}");
         assert!(!words.contains("12 o'clock") || message.contains("the file has hours 1896 to 1919"), "{message}");

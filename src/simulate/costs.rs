@@ -24,10 +24,19 @@ const DAYLIGHT_SEGMENTS: f64 = 2.2;
 const LIGHT_PATH_SEGMENTS: f64 = 1.5;
 /// Rays of V for each path that looks for near surfaces and mirrors.
 const NEAR_SEGMENTS: f64 = 1.2;
-/// Share of the pairs of a pixel's point and a sun that may see each other, and vertices of a pixel's path
-/// that see a given sun.
-const PAIRS_THAT_SEE: f64 = 0.09;
-const VERTICES_THAT_SEE: f64 = 0.19;
+/// Rays to a sun, as counted behind slats: for each point on its disc asked for, and for each path.
+struct ToSun {
+    per_point: f64,
+    per_path: f64,
+}
+const SENSOR_TO_SUN: ToSun = ToSun { per_point: 0.13, per_path: 0.35 };
+const PIXEL_TO_SUN: ToSun = ToSun { per_point: 0.036, per_path: 0.29 };
+
+impl ToSun {
+    fn rays(&self, points: u32, paths: u32) -> f64 {
+        self.per_point * f64::from(points) + self.per_path * f64::from(paths)
+    }
+}
 
 /// Seconds of Mesa's llvmpipe on two cores of 2020: the slowest device that is likely to be met. Measured
 /// with the shipped projects, kernels compiled before.
@@ -35,10 +44,10 @@ mod slow {
     /// A ray of each phase.
     pub const VIEW_RAY: f64 = 0.3e-6;
     pub const DAYLIGHT_RAY: f64 = 0.55e-6;
-    pub const SUN_RAY: f64 = 1.5e-6;
-    pub const SUN_PIXEL_RAY: f64 = 1.7e-6;
+    pub const SUN_RAY: f64 = 0.6e-6;
+    pub const SUN_PIXEL_RAY: f64 = 1.6e-6;
     /// An entry of a picture's row in a batch: once, and per light path of its bin.
-    pub const PIXEL_ENTRY: [f64; 2] = [0.4e-6, 0.025e-6];
+    pub const PIXEL_ENTRY: [f64; 2] = [0.3e-6, 0.02e-6];
     /// An entry of S.
     pub const SKY: f64 = 26e-9;
     /// A multiplication and addition of a product.
@@ -159,7 +168,8 @@ fn picture_rays(project: &Project, pixels: usize, windows_only: bool) -> f64 {
     if windows_only {
         return pixels as f64 * f64::from(o.subpixels);
     }
-    let samples = f64::from(o.window_samples.div_ceil(o.traced_every)) + f64::from(o.visibility_rays) + NEAR_SEGMENTS * f64::from(o.near_samples);
+    let samples =
+        f64::from(o.window_samples.div_ceil(o.traced_every)) + f64::from(o.visibility_rays) + NEAR_SEGMENTS * f64::from(o.near_samples);
     pixels as f64 * (f64::from(o.subpixels) + f64::from(o.batches) * samples)
 }
 
@@ -170,12 +180,12 @@ fn sun_picture_rays(project: &Project, inputs: &Inputs, pixels: usize, suns: usi
     let mut rays = 0.0;
     if inputs.windows.iter().any(|w| w.shade.is_some()) {
         let s = o.slats;
-        rays += pairs(s.batches) * (PAIRS_THAT_SEE * f64::from(s.disc_samples) + VERTICES_THAT_SEE * f64::from(s.paths * s.path_sets));
+        rays += pairs(s.batches) * PIXEL_TO_SUN.rays(s.disc_samples, s.paths);
     }
     if inputs.windows.iter().any(|w| w.pane.is_some()) {
         // Rays to the cells serve all suns.
         let p = o.panes;
-        rays += pixels as f64 * f64::from(p.batches) * f64::from(p.cells) + pairs(p.batches) * PAIRS_THAT_SEE * f64::from(p.disc_samples);
+        rays += pixels as f64 * f64::from(p.batches) * f64::from(p.cells) + pairs(p.batches) * PIXEL_TO_SUN.rays(p.disc_samples, 0);
     }
     rays
 }
@@ -183,7 +193,9 @@ fn sun_picture_rays(project: &Project, inputs: &Inputs, pixels: usize, suns: usi
 /// All phases in the order of their computation. `lit`: time steps that are not night.
 pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, lit: usize) -> Result<Vec<PhasePlan>> {
     let (bins, patches, steps) = (inputs.bins(), project.method.sky.len(), inputs.weather.records.len());
-    let sky = PhasePlan::new("S".into(), (patches, "patches"), (steps, "steps")).worked((patches * steps) as f64 * slow::SKY);
+    // Five phases also need the sky without sun, and the sun alone.
+    let skies = if suns.is_some() { 3.0 } else { 1.0 };
+    let sky = PhasePlan::new("S".into(), (patches, "patches"), (steps, "steps")).worked(skies * (patches * steps) as f64 * slow::SKY);
     let mut all = vec![sky];
     let count: usize = inputs.sensors.iter().map(|g| g.sensors.len()).sum();
     if count > 0 {
@@ -223,12 +235,12 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
     let pairs = (sensors * suns) as f64;
     let mut rays = 0.0;
     if inputs.windows.iter().any(|w| w.shade.is_some()) {
-        // A part of the pairs is seen through a window; some vertices face a given sun.
-        rays += pairs * f64::from(o.batches) * (PAIRS_THAT_SEE * f64::from(o.disc_samples) + VERTICES_THAT_SEE * f64::from(o.paths));
+        rays += pairs * f64::from(o.batches) * SENSOR_TO_SUN.rays(o.disc_samples, o.paths);
     }
     if inputs.windows.iter().any(|w| w.pane.is_some()) {
         let p = pane_options(project);
-        rays += sensors as f64 * f64::from(p.batches) * f64::from(p.cells) + pairs * PAIRS_THAT_SEE * f64::from(p.batches * p.disc_samples);
+        rays += sensors as f64 * f64::from(p.batches) * f64::from(p.cells)
+            + pairs * f64::from(p.batches) * SENSOR_TO_SUN.rays(p.disc_samples, 0);
     }
     rays
 }

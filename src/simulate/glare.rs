@@ -12,6 +12,7 @@
 //! The standard error of `imageless` is that of Ev alone; the patches' own noise is left out.
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
+use super::estimate::student_95;
 use super::fingerprint::Fingerprint;
 use super::five_phase::{FivePhase, Phase, is_sunny, transmitted_where, without_sun_patches};
 use super::glare_eyes::{Eye, Eyes, ImagelessSources, frame_of};
@@ -22,7 +23,6 @@ use super::inputs::{Inputs, ProjectWindow, SensorGroup};
 use super::multiply::{Factor, lit_columns, product, select_columns};
 use super::picture_sets::GivenPictures;
 use super::pictures::PictureView;
-use super::estimate::student_95;
 use super::presets::{daylight_options, image_options, rounds, view_options};
 use super::project::Project;
 use super::rounds::{Part, average};

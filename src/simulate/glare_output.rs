@@ -171,8 +171,7 @@ fn write_undecided(path: &Path, years: &[ViewYear], occupied: &[bool], calendar:
             for (step, (h, _)) in year.hours.iter().zip(occupied).enumerate().filter(|(_, (_, o))| **o) {
                 if let Some(other) = h.other_class(calendar.confidence_95) {
                     let (hour, class) = (calendar.steps.label(step), GlareClass::of(h.dgp).name());
-                    writeln!(out, "{},{hour},{:.6},{:.6},{class},{}", label(year), h.dgp, h.standard_error, other.name())
-                        .map_err(fault)?;
+                    writeln!(out, "{},{hour},{:.6},{:.6},{class},{}", label(year), h.dgp, h.standard_error, other.name()).map_err(fault)?;
                 }
             }
         }

@@ -3,8 +3,8 @@
 
 use super::project::WindowSection;
 use crate::bins::{AngleBasis, KlemsBasis, ReinhartSky};
-use crate::bsdf::{self, Block, Bsdf};
 use crate::bsdf::peak::PUBLISHED_CONTRAST;
+use crate::bsdf::{self, Block, Bsdf};
 use crate::error::{Result, Warnings};
 use crate::matrix::rows::MatrixRows;
 use glam::DVec3;

@@ -5,13 +5,13 @@ use super::costs::{PhasePlan, costs, daylight_rays};
 use super::five_phase::{shades, sun_set};
 use super::inputs::Inputs;
 use super::project::Project;
+use super::summary::whole;
 use super::suns::SunCensus;
 use crate::error::Result;
 use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::trace::{TraceTables, WindowSurfaces};
 use crate::scene::Window;
 use crate::sky::{SkyOptions, sky_columns};
-use super::summary::whole;
 use serde::Serialize;
 use std::fmt;
 

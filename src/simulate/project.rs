@@ -290,7 +290,8 @@ fn states_have_results(
     phases: u32,
 ) -> Result<()> {
     let Some(window) = windows.iter().find(|w| w.states.len() > 1) else { return Ok(()) };
-    const HELP: &str = "write a project for each state, with 'bsdf' in place of 'states'; 'lucarne run A.toml B.toml' traces what they share once";
+    const HELP: &str =
+        "write a project for each state, with 'bsdf' in place of 'states'; 'lucarne run A.toml B.toml' traces what they share once";
     if let Some(sunny) = windows.iter().find(|w| w.lets_suns_through()).filter(|_| phases == 5) {
         return Err(top
             .error("window", format!("the sun would be traced through the shade or tensor tree of window '{}' in all states", sunny.name))
@@ -400,7 +401,11 @@ seed = 0x2a
     #[test]
     fn what_is_left_out_has_defaults() {
         let p = read(&GOOD[..GOOD.find("[method]").unwrap()]).unwrap();
-        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (Phases::Auto, 4, None), "b.xml is no BSDF of a diffuse panel");
+        assert_eq!(
+            (p.method.phases, p.method.sky.subdivision(), p.method.bounces),
+            (Phases::Auto, 4, None),
+            "b.xml is no BSDF of a diffuse panel"
+        );
         assert_eq!(p.method.choice(&p.windows).phases, 3);
         assert_eq!((p.quality.preset, p.quality.seed), (Preset::Standard, 1));
     }

@@ -101,7 +101,13 @@ pub enum Content {
 
 /// Writes one group's illuminance or its standard error: a Radiance matrix, and a table for people, which
 /// marks the sensors that are `dark`.
-pub fn write_illuminance(store: &Store, (group, dark): (&SensorGroup, &[bool]), records: &[Record], lux: &Matrix<f32>, content: Content) -> Result<()> {
+pub fn write_illuminance(
+    store: &Store,
+    (group, dark): (&SensorGroup, &[bool]),
+    records: &[Record],
+    lux: &Matrix<f32>,
+    content: Content,
+) -> Result<()> {
     let (name, about) = match content {
         Content::Illuminance => (group.name.clone(), "illuminance"),
         Content::StandardError => (format!("{}_standard_error", group.name), "standard error of the illuminance"),

@@ -107,7 +107,9 @@ fn meant_transmittance(shade: &Scene, window: &Window, bsdf: f64) -> Option<Stri
     for material in &mut other.materials {
         if let MaterialKind::Glass { transmissivity: t, refraction_index } = &mut material.kind {
             let corrected = t.map(|t| transmissivity(t, *refraction_index));
-            example.get_or_insert_with(|| (material.name.clone(), luminous(*t), luminous(glass_pane(*t, *refraction_index, 1.0).0), luminous(corrected)));
+            example.get_or_insert_with(|| {
+                (material.name.clone(), luminous(*t), luminous(glass_pane(*t, *refraction_index, 1.0).0), luminous(corrected))
+            });
             *t = corrected;
         }
     }
@@ -262,13 +264,8 @@ mod tests {
         let (t, r) = glass_pane([0.88; 3], 1.52, 1.0);
         close(of_shade(&panes(&[pane(0.88)]), &opening()), t[0]);
         close(of_shade(&panes(&[pane(0.88), pane(0.88)]), &opening()), t[0] * t[0] / (1.0 - r[0] * r[0]));
-        let trans = MaterialKind::Trans {
-            color: [0.8; 3],
-            specularity: 0.05,
-            roughness: 0.0,
-            transmissivity: 0.5,
-            transmitted_specularity: 0.2,
-        };
+        let trans =
+            MaterialKind::Trans { color: [0.8; 3], specularity: 0.05, roughness: 0.0, transmissivity: 0.5, transmitted_specularity: 0.2 };
         close(of_shade(&panes(&[trans]), &opening()), 0.8 * 0.5 * 0.95);
         // Black slats over the lower quarter.
         let mut b = Builder::default();

@@ -1,12 +1,12 @@
 //! Which suns are traced: those that occur, and that can reach a window.
 
+use super::summary::whole;
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use crate::kernels::sun_matrix::Sun;
 use crate::scene::Window;
 use crate::sky::{SkyOptions, SunHour, sun_hours};
 use crate::weather::Weather;
-use super::summary::whole;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;

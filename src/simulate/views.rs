@@ -321,7 +321,8 @@ impl ViewJob<'_> {
         let addition: Option<&Addition<'_>> = if five.is_some() { Some(&sun_picture) } else { None };
         let output = Output::Hdr(Pattern::inside(&folder, "img_%04d.hdr")?);
         let header = [software()];
-        let request = Request { coefficients: &coefficients, hours: &numbers, output: &output, header: &header, memory: PICTURE_MEMORY, addition };
+        let request =
+            Request { coefficients: &coefficients, hours: &numbers, output: &output, header: &header, memory: PICTURE_MEMORY, addition };
         write_pictures(multiplier, &mut view, &request, self.progress, warnings)?;
         Ok(hours.len())
     }

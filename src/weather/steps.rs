@@ -54,7 +54,8 @@ fn length(records: &[Record]) -> (f64, bool) {
             *counts.entry((distance * 60.0).round().max(1.0) as u64).or_default() += 1;
         }
     }
-    let within = |pair: &&[Record]| (pair[0].month, pair[0].day) == (pair[1].month, pair[1].day) && pair[1].hour - pair[0].hour < 1.0 + SLACK;
+    let within =
+        |pair: &&[Record]| (pair[0].month, pair[0].day) == (pair[1].month, pair[1].day) && pair[1].hour - pair[0].hour < 1.0 + SLACK;
     let pairs = records.windows(2).filter(within).count();
     match counts.iter().max_by_key(|(_, count)| **count) {
         // One pair of near times among whole hours is a slip, not a step.
@@ -126,7 +127,8 @@ impl Steps {
                 return Err(Error::new(format!("hour {hour} is named twice")));
             }
             let Some(own) = found.get(hour) else {
-                return Err(Error::new(format!("hour {hour} of the year ({}) is not in the weather file", date(*hour, self.leap))).help(self.extent()));
+                return Err(Error::new(format!("hour {hour} of the year ({}) is not in the weather file", date(*hour, self.leap)))
+                    .help(self.extent()));
             };
             steps.extend(own);
         }
@@ -143,8 +145,10 @@ impl Steps {
         places.sort_unstable();
         match places.windows(2).find(|w| w[0] == w[1]) {
             None => Ok(()),
-            Some(twice) => Err(Error::new(format!("the weather file has hour {} ({}) several times", twice[0].hour, date(twice[0].hour, self.leap)))
-                .help("pictures are named after the hour: keep one year in the file")),
+            Some(twice) => {
+                Err(Error::new(format!("the weather file has hour {} ({}) several times", twice[0].hour, date(twice[0].hour, self.leap)))
+                    .help("pictures are named after the hour: keep one year in the file"))
+            }
         }
     }
 
@@ -261,7 +265,11 @@ mod tests {
         assert_eq!(chosen.place(1), Place { hour: 171 * 24 + 12, minute: 0 });
         assert_eq!(chosen.of_hours(&[354 * 24 + 12, 171 * 24 + 9]).unwrap(), [3, 0]);
         let error = chosen.of_hours(&[300]).unwrap_err().to_string();
-        assert!(error.contains("hour 300 of the year (13 January, 12 o'clock) is not in the weather file") && error.contains("some from 4113 to 8508"), "{error}");
+        assert!(
+            error.contains("hour 300 of the year (13 January, 12 o'clock) is not in the weather file")
+                && error.contains("some from 4113 to 8508"),
+            "{error}"
+        );
         assert!(chosen.of_hours(&[8784]).unwrap_err().to_string().contains("the year has hours 0 to 8759"));
         let leap = weather(&[(2, 29, 12.5), (3, 1, 12.5)]).steps();
         assert!((leap.place(0).hour, leap.place(1).hour) == (59 * 24 + 12, 60 * 24 + 12) && leap.days().unwrap().leap);

@@ -134,7 +134,11 @@ impl Results {
                 Err(e) => notes.push(format!("view '{name}' cannot be shown: {e}")),
             }
         }
-        let hours = groups.first().map(|g| g.lux.cols()).or_else(|| summary["time_steps"].as_u64().or(summary["hours"].as_u64()).map(|h| h as usize)).unwrap_or(8760);
+        let hours = groups
+            .first()
+            .map(|g| g.lux.cols())
+            .or_else(|| summary["time_steps"].as_u64().or(summary["hours"].as_u64()).map(|h| h as usize))
+            .unwrap_or(8760);
         let project = summary["project"].as_str().map(|p| folder.join(p)).or_else(|| guess_project(folder));
         let (mut scene, mut weather) = (None, None);
         let (mut states, mut shaded) = (HashMap::new(), HashSet::new());
