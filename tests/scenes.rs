@@ -174,9 +174,10 @@ fn every_project_can_be_read() {
         assert_eq!(inputs.sensors.iter().map(|g| g.sensors.len()).sum::<usize>(), sensors);
         assert_eq!(inputs.windows.len(), windows);
         assert_eq!(inputs.weather.records.len(), 8760);
-        // The weather file has ten evening hours with the sun just set; nothing else is doubtful.
+        // The weather file has ten evening hours with the sun just set, and the office's glare is that of three phases
+        // behind panes; nothing else is doubtful.
         let texts: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-        assert!(texts.iter().all(|t| t.contains("new_york.wea")), "{texts:?}");
+        assert!(texts.iter().all(|t| t.contains("new_york.wea") || t.contains("the sun is seen through window")), "{texts:?}");
     }
 }
 

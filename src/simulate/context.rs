@@ -63,6 +63,15 @@ impl Context<'_> {
     }
 }
 
+/// What tracing a matrix took.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Traced {
+    /// Rounds of sampling, if it is sampled in rounds.
+    pub rounds: u32,
+    /// Rays.
+    pub rays: u64,
+}
+
 /// What a run did so far.
 #[derive(Debug, Clone, Default)]
 pub struct Ledger {
@@ -78,9 +87,11 @@ pub struct Ledger {
 
 impl Ledger {
     /// Notes a matrix.
-    pub fn note(&mut self, name: &str, [rows, columns]: [usize; 2], reused: bool, seconds: f64, rounds: u32) {
+    pub fn note(&mut self, name: &str, [rows, columns]: [usize; 2], reused: bool, seconds: f64, traced: Traced) {
+        let rays = if reused { 0 } else { traced.rays };
+        let rounds = traced.rounds;
         let rounds = (rounds > 0).then_some(rounds);
-        self.matrices.push(MatrixSummary { name: name.to_string(), rows, columns, reused, seconds, rounds });
+        self.matrices.push(MatrixSummary { name: name.to_string(), rows, columns, reused, seconds, rays, rounds });
     }
 
     /// Counts what was traced since `clock`.
@@ -93,7 +104,7 @@ impl Ledger {
 /// One matrix file.
 #[derive(Debug, Clone, Serialize)]
 pub struct MatrixSummary {
-    /// Name of the file in `matrices/`, without `.mtx`.
+    /// Name of the file in `matrices/`, without `.mtx`; `suns_VIEW` for the suns' sparse pictures.
     pub name: String,
     /// Rows.
     pub rows: usize,
@@ -103,6 +114,8 @@ pub struct MatrixSummary {
     pub reused: bool,
     /// Seconds it took (to compute or to read); of V and D those of all sensors and windows.
     pub seconds: f64,
+    /// Rays counted for it in this run.
+    pub rays: u64,
     /// Rounds of sampling; absent where there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounds: Option<u32>,
@@ -119,6 +132,8 @@ pub struct Seconds {
     pub daylight: f64,
     /// Sun matrix.
     pub suns: f64,
+    /// Suns in pictures, a part of `write` or `glare`.
+    pub sun_pictures: f64,
     /// Product of all matrices.
     pub product: f64,
     /// Propagation of the standard errors.

@@ -142,7 +142,8 @@ impl Inputs {
             let Some(clear) = states.iter().find(|file| glazing::passes_straight(file)) else { continue };
             warnings.push(
                 Error::new(format!(
-                    "the sun is seen through window '{}', but it is spread over a patch of the sky and a bin of the BSDF: glare by                      method \"{}\" misses hours with the sun in view",
+                    "the sun is seen through window '{}', but it is spread over a patch of the sky and a bin of the BSDF: glare by \
+                     method \"{}\" misses hours with the sun in view",
                     section.name,
                     glare.method.name()
                 ))

@@ -9,7 +9,7 @@ use crate::matrix::Matrix;
 use crate::progress::Progress;
 use crate::scene::Window;
 use crate::scene::points::Sensor;
-use crate::simulate::context::{Context, Ledger, Seconds};
+use crate::simulate::context::{Context, Ledger, Seconds, Traced};
 use crate::simulate::inputs::import;
 use crate::simulate::inputs::{Inputs, split};
 use crate::simulate::phases::sky::sun_alone;
@@ -193,6 +193,10 @@ fn eyes(context: &Context<'_>, stop: Stop, windows: &[Window], meter: &Meter) ->
     Ok(Some(Estimate::exact(traced.total, traced.direct)))
 }
 
+fn of(estimate: &Estimate) -> Traced {
+    Traced { rounds: estimate.rounds, rays: estimate.rays }
+}
+
 fn keep_view(context: &Context<'_>, ledger: &mut Ledger, view: &Estimate, mut inputs: Fingerprint, traced: bool) -> Result<()> {
     if context.inputs.sensors.is_empty() {
         return Ok(());
@@ -207,7 +211,7 @@ fn keep_view(context: &Context<'_>, ledger: &mut Ledger, view: &Estimate, mut in
                 context.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
             }
             if suffix.is_empty() {
-                ledger.note(&name, [part.rows(), part.cols()], !traced, ledger.seconds.view, view.rounds);
+                ledger.note(&name, [part.rows(), part.cols()], !traced, ledger.seconds.view, of(view));
             }
         }
     }
@@ -239,6 +243,6 @@ fn keep_daylight(
     if !context.store.has_matrix(&t_name, transmission_inputs) {
         context.store.save(&t_name, &t, transmission_inputs, "transmission, rows outgoing bins, columns incident bins")?;
     }
-    ledger.note(&name, [total.rows(), total.cols()], !traced, ledger.seconds.daylight, daylight.rounds);
+    ledger.note(&name, [total.rows(), total.cols()], !traced, ledger.seconds.daylight, of(daylight));
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::matrix::Matrix;
-use crate::simulate::context::{Context, Ledger};
+use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::sky::{SkyOptions, sky_matrix};
 use std::time::Instant;
@@ -32,7 +32,7 @@ pub fn sky(context: &Context<'_>, ledger: &mut Ledger) -> Result<Matrix<f32>> {
             sky
         }
     };
-    ledger.note("S", [sky.rows(), sky.cols()], reused, clock.elapsed().as_secs_f64(), 0);
+    ledger.note("S", [sky.rows(), sky.cols()], reused, clock.elapsed().as_secs_f64(), Traced::default());
     Ok(sky)
 }
 

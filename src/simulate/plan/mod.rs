@@ -1,45 +1,20 @@
 //! What a run will model, what it leaves out because the scene does not need it, and what it costs:
 //! `lucarne plan`. Nothing is traced and no device is needed.
 
+pub mod costs;
 pub mod presets;
 
-use self::presets::{daylight_options, image_options, rounds, sun_options, view_options};
+use self::costs::{PhasePlan, costs, daylight_rays};
 use crate::error::Result;
 use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::trace::{TraceTables, WindowSurfaces};
 use crate::scene::Window;
 use crate::simulate::inputs::Inputs;
-use crate::simulate::inputs::suns::{SunCensus, SunSet};
+use crate::simulate::inputs::suns::SunCensus;
 use crate::simulate::project::Project;
-use crate::simulate::project::views::ImageHours;
 use crate::sky::{SkyOptions, sky_columns};
 use serde::Serialize;
 use std::fmt;
-
-/// Rays per second of Mesa's llvmpipe on two cores of 2020, as the runs of the shipped scenes report
-/// them: the slowest device that is likely to be met.
-const SLOW_RAYS_PER_SECOND: f64 = 0.6e6;
-/// Bytes of an RGB value.
-const RGB: usize = 12;
-/// Diffuse reflections of an average path before Russian roulette ends it, rooms of reflectance 0.5.
-const MEAN_VERTICES: f64 = 3.0;
-
-/// A phase with its size and cost.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PhasePlan {
-    /// `V`, `D`, `Cds`, `S` with the name of what it belongs to.
-    pub name: String,
-    /// Rows and what they are.
-    pub rows: (usize, &'static str),
-    /// Columns and what they are.
-    pub columns: (usize, &'static str),
-    /// Of the matrix, bytes.
-    pub bytes: usize,
-    /// Rays, roughly.
-    pub rays: f64,
-    /// Seconds on a slow device (software Vulkan on two cores), roughly.
-    pub slow_seconds: f64,
-}
 
 /// Something that is not computed, and why that changes nothing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -95,10 +70,7 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
     let lit = columns.iter().filter(|c| !c.black).count();
     let steps = inputs.weather.steps();
     let windows: Vec<Window> = inputs.windows.iter().map(|w| w.window.clone()).collect();
-    let suns = (choice.phases == 5)
-        .then(|| SunSet::new(&inputs.weather, project.method.suns, &inputs.sunny_windows()))
-        .transpose()?
-        .map(|s| s.census);
+    let suns = (choice.phases == 5).then(|| inputs.sun_set(project)).transpose()?;
     let mut plan = RunPlan {
         phases: choice.phases,
         phases_because: choice.why.to_string(),
@@ -109,7 +81,7 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
         lit_hours: steps.hours(lit),
         model: model(inputs),
         costs: costs(project, inputs, suns.as_ref(), lit)?,
-        suns,
+        suns: suns.map(|s| s.census),
         omissions: Vec::new(),
         kept: kept(inputs),
     };
@@ -132,67 +104,6 @@ fn model(inputs: &Inputs) -> Vec<String> {
         lines.push(format!("sensors {}: {}", group.name, group.sensors.len()));
     }
     lines
-}
-
-fn phase(name: String, rows: (usize, &'static str), columns: (usize, &'static str), rays: f64) -> PhasePlan {
-    PhasePlan { name, rows, columns, bytes: rows.0 * columns.0 * RGB, rays, slow_seconds: rays / SLOW_RAYS_PER_SECOND }
-}
-
-/// Rays of D of a window, if it is traced.
-fn daylight_rays(project: &Project, inputs: &Inputs, window: usize) -> f64 {
-    let o = daylight_options(project, window, 0);
-    let bins = inputs.windows[window].window.basis.len();
-    f64::from(rounds(project)) * f64::from(o.batches) * f64::from(o.paths) * bins as f64 * 1.5
-}
-
-fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunCensus>, lit_hours: usize) -> Result<Vec<PhasePlan>> {
-    let rounds = f64::from(rounds(project));
-    let bins = inputs.bins();
-    let mut all = vec![phase("S".into(), (project.method.sky.len(), "patches"), (inputs.weather.records.len(), "steps"), 0.0)];
-    let count: usize = inputs.sensors.iter().map(|g| g.sensors.len()).sum();
-    if count > 0 {
-        let o = view_options(project, 0);
-        let vertices = o.bounces.map_or(MEAN_VERTICES, |b| f64::from(b.saturating_sub(1)).min(MEAN_VERTICES));
-        let per_sensor =
-            f64::from(o.direct_samples) + bins as f64 * f64::from(o.visibility_rays) * vertices + f64::from(o.near_samples) * 2.0;
-        let shared = bins as f64 * f64::from(o.light_paths) * vertices;
-        let rays = rounds * f64::from(o.batches) * (count as f64 * per_sensor + shared);
-        all.push(phase("V of sensors".into(), (count, "sensors"), (bins, "bins"), rays));
-    }
-    for (i, window) in inputs.windows.iter().enumerate() {
-        let own = window.window.basis.len();
-        let known = project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window);
-        let rays = if known { 0.0 } else { daylight_rays(project, inputs, i) };
-        all.push(phase(format!("D of {}", window.name), (own, "bins"), (project.method.sky.len(), "patches"), rays));
-    }
-    if let Some(suns) = suns
-        && count > 0
-    {
-        let o = sun_options(project);
-        // A part of the pairs is seen through a window; every other vertex faces a given sun.
-        let pairs = (count * suns.needed) as f64 * f64::from(o.batches);
-        let rays = pairs * (0.2 * f64::from(o.disc_samples) + 0.5 * f64::from(o.paths));
-        all.push(phase("Cds of sensors".into(), (count, "sensors"), (suns.needed, "suns"), rays));
-    }
-    for view in &project.views {
-        let o = image_options(project);
-        let pixels = view.raster()?.len();
-        let vertices = o.bounces.map_or(MEAN_VERTICES, |b| f64::from(b.saturating_sub(1)).min(MEAN_VERTICES));
-        let samples = f64::from(o.window_samples.div_ceil(o.traced_every))
-            + f64::from(o.visibility_rays) * vertices
-            + f64::from(o.near_samples) * 2.0;
-        let rays = pixels as f64 * (f64::from(o.subpixels) + f64::from(o.batches) * samples);
-        all.push(phase(format!("V of {}", view.name), (pixels, "pixels"), (bins, "bins"), rays));
-        let pictures = match &project.images.hours {
-            ImageHours::None => 0,
-            ImageHours::Daylight => lit_hours,
-            ImageHours::Chosen(hours) => hours.len(),
-        };
-        if pictures > 0 {
-            all.push(phase(format!("pictures of {}", view.name), (pixels, "pixels"), (pictures, "hours"), 0.0));
-        }
-    }
-    Ok(all)
 }
 
 fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Window]) -> Result<Vec<Omission>> {
@@ -355,7 +266,7 @@ impl fmt::Display for RunPlan {
         writeln!(f, "\n{:<22} {:>24} {:>9} {:>15} {:>12}", "Phase", "size", "memory", "rays, about", "slow device")?;
         for p in &self.costs {
             let size = format!("{} {} x {} {}", p.rows.0, p.rows.1, p.columns.0, p.columns.1);
-            let seconds = if p.rays > 0.0 { format!("{:.0} s", p.slow_seconds.max(1.0)) } else { String::new() };
+            let seconds = if p.slow_seconds >= 0.5 { format!("{:.0} s", p.slow_seconds) } else { String::new() };
             writeln!(f, "{:<22} {size:>24} {:>9} {:>15} {seconds:>12}", p.name, bytes(p.bytes), rays(p.rays))?;
         }
         let total: f64 = self.costs.iter().map(|p| p.slow_seconds).sum();

@@ -4,7 +4,7 @@ use super::illuminance::luminous;
 use crate::error::{Result, Warnings};
 use crate::kernels::sun_matrix::geometry::SunMatrix;
 use crate::matrix::Matrix;
-use crate::simulate::context::{Context, Ledger};
+use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::inputs::shade;
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::phases::sun::{sun_matrix, write_suns};
@@ -42,7 +42,13 @@ impl TracedSuns {
         let error_sets = if inputs.windows.iter().any(|w| w.pane.is_some()) { 1 } else { sun_options(project).path_sets as usize };
         for group in &inputs.sensors {
             let (name, seconds) = (format!("C_{}", group.name), clock.elapsed().as_secs_f64());
-            ledger.note(&name, [group.sensors.len(), set.census.needed], !traced, seconds, 0);
+            ledger.note(
+                &name,
+                [group.sensors.len(), set.census.needed],
+                !traced,
+                seconds,
+                Traced { rounds: 0, rays: matrix.statistics.segments },
+            );
         }
         if traced {
             ledger.count(matrix.statistics, clock);

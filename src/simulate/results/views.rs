@@ -10,7 +10,7 @@ use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
 use crate::scene::Window;
-use crate::simulate::context::{Context, Ledger};
+use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::light::{Light, Skies};
 use crate::simulate::multiply::lit_columns;
 use crate::simulate::phases::picture_sets;
@@ -116,7 +116,12 @@ pub fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, war
             // The suns of all hours at once, if glare or their pictures will need them.
             let glare = project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
             let needed = if glare || components { lit_columns(sky) } else { hours.clone() };
-            suns = Some(sun_pictures(context, &traced.set, view, &needed, &mut statistics)?);
+            let found = sun_pictures(context, &traced.set, view, &needed, &mut statistics)?;
+            let (seconds, rays) = (clock.elapsed().as_secs_f64(), statistics.segments);
+            ledger.seconds.sun_pictures += seconds;
+            let size = [view.raster()?.len(), found.suns().count()];
+            ledger.note(&format!("suns_{}", view.name), size, rays == 0, seconds, Traced { rounds: 0, rays });
+            suns = Some(found);
             ledger.count(statistics, clock);
         }
         if components {
@@ -205,7 +210,7 @@ fn view_matrix(
         }
     };
     let seconds = clock.elapsed().as_secs_f64();
-    ledger.note(&format!("V_{}", view.name), [rows, columns], reused, seconds, 0);
+    ledger.note(&format!("V_{}", view.name), [rows, columns], reused, seconds, Traced { rounds: 0, rays: statistics.segments });
     ledger.count(statistics, clock);
     Ok(error)
 }

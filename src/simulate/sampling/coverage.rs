@@ -264,7 +264,8 @@ fn drawn(mean: f64, seed: u32) -> TracedMatrix {
 fn rare_hits_are_neither_stopped_at_too_early_nor_stated_too_small() {
     for (mean, target) in [(0.02, 0.2), (0.2, 0.1), (2.0, 0.05), (20.0, 0.02)] {
         let name = format!("{mean} hits per batch");
-        let case = Case { name: &name, shape: (1, 1), weights: vec![1.0], truth: mean, target, trace: Box::new(move |seed| drawn(mean, seed)) };
+        let case =
+            Case { name: &name, shape: (1, 1), weights: vec![1.0], truth: mean, target, trace: Box::new(move |seed| drawn(mean, seed)) };
         let found = found(&case, DRAWN_SEEDS);
         assert!((found.share() - 0.95).abs() <= OF_DRAWN, "{name}: {:.1} %", 100.0 * found.share());
         assert!(found.squares.sqrt() < 1.1 * target, "{name}: {}", found.squares.sqrt());

@@ -1,0 +1,307 @@
+//! What the phases of a run cost: rays as the kernels count them, products, and seconds on a slow device.
+//!
+//! The counts follow the kernels' loops; what depends on chance (how long paths live) comes from the mean
+//! reflectance of the scene. A test holds them to what a run counts.
+
+use super::presets::{daylight_options, image_options, pane_options, rounds, sun_options, sun_picture_options, view_options};
+use crate::error::Result;
+use crate::kernels::daylight_matrix::unobstructed;
+use crate::scene::{MaterialKind, Scene};
+use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::suns::SunSet;
+use crate::simulate::project::Project;
+use crate::simulate::project::glare::GlareMethod;
+use crate::simulate::project::views::{ImageHours, ViewSection};
+use crate::units::BRIGHTNESS_WEIGHTS;
+use serde::Serialize;
+
+/// Bytes of an RGB value.
+const RGB: usize = 12;
+/// Segments of a path of D: it leaves after one or two surfaces outside.
+const DAYLIGHT_SEGMENTS: f64 = 2.2;
+/// Rays counted for each of the light paths of V.
+const LIGHT_PATH_SEGMENTS: f64 = 1.5;
+/// Rays of V for each path that looks for near surfaces and mirrors.
+const NEAR_SEGMENTS: f64 = 1.2;
+/// Rays to a sun, as counted behind slats: for each point on its disc asked for, and for each path.
+struct ToSun {
+    per_point: f64,
+    per_path: f64,
+}
+const SENSOR_TO_SUN: ToSun = ToSun { per_point: 0.13, per_path: 0.35 };
+const PIXEL_TO_SUN: ToSun = ToSun { per_point: 0.036, per_path: 0.29 };
+
+impl ToSun {
+    fn rays(&self, points: u32, paths: u32) -> f64 {
+        self.per_point * f64::from(points) + self.per_path * f64::from(paths)
+    }
+}
+
+/// Seconds of Mesa's llvmpipe on two cores of 2020: the slowest device that is likely to be met. Measured
+/// with the shipped projects, kernels compiled before.
+mod slow {
+    /// A ray of each phase.
+    pub const VIEW_RAY: f64 = 0.3e-6;
+    pub const DAYLIGHT_RAY: f64 = 0.55e-6;
+    pub const SUN_RAY: f64 = 0.6e-6;
+    pub const SUN_PIXEL_RAY: f64 = 1.6e-6;
+    /// An entry of a picture's row in a batch: once, and per light path of its bin.
+    pub const PIXEL_ENTRY: [f64; 2] = [0.3e-6, 0.02e-6];
+    /// An entry of S.
+    pub const SKY: f64 = 26e-9;
+    /// A multiplication and addition of a product.
+    pub const PRODUCT: f64 = 0.06e-9;
+    /// A pixel of an hour with light: the sources that it belongs to.
+    pub const GLARE_PIXEL: f64 = 10e-9;
+    /// An entry of D in an hour, whose noise is in that of its glare.
+    pub const GLARE_NOISE: f64 = 0.8e-9;
+    /// A written picture's pixel.
+    pub const PICTURE_PIXEL: f64 = 0.2e-6;
+    /// Kernels and tables of a phase.
+    pub const START: f64 = 0.3;
+}
+
+/// A phase with its size and cost.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhasePlan {
+    /// `V`, `D`, `Cds`, `S` with the name of what it belongs to.
+    pub name: String,
+    /// Rows and what they are.
+    pub rows: (usize, &'static str),
+    /// Columns and what they are.
+    pub columns: (usize, &'static str),
+    /// Of the matrix, bytes.
+    pub bytes: usize,
+    /// Rays, roughly.
+    pub rays: f64,
+    /// Seconds on a slow device (software Vulkan on two cores), roughly.
+    pub slow_seconds: f64,
+}
+
+impl PhasePlan {
+    fn new(name: String, rows: (usize, &'static str), columns: (usize, &'static str)) -> Self {
+        Self { name, rows, columns, bytes: rows.0 * columns.0 * RGB, rays: 0.0, slow_seconds: 0.0 }
+    }
+
+    fn traced(self, rays: f64, seconds_each: f64) -> Self {
+        let start = if rays > 0.0 { slow::START } else { 0.0 };
+        Self { rays, slow_seconds: start + rays * seconds_each, ..self }
+    }
+
+    fn worked(self, seconds: f64) -> Self {
+        Self { slow_seconds: self.slow_seconds + seconds, ..self }
+    }
+}
+
+/// How long paths live in a scene.
+#[derive(Debug, Clone, Copy)]
+struct Lives {
+    /// Share of its weight that a path keeps at a surface.
+    kept: f64,
+    /// Radiance's `-ab`.
+    bounces: Option<u32>,
+    /// Weight below which Russian roulette begins.
+    roulette: f64,
+}
+
+impl Lives {
+    fn new(scene: &Scene, bounces: Option<u32>, roulette: f32) -> Self {
+        Self { kept: mean_reflectance(scene).clamp(0.05, 0.95), bounces, roulette: f64::from(roulette) }
+    }
+
+    fn most(&self) -> f64 {
+        self.bounces.map_or(f64::INFINITY, |b| f64::from(b.saturating_sub(1)))
+    }
+
+    /// Reflections before roulette begins.
+    fn certain(&self) -> f64 {
+        self.roulette.ln() / self.kept.ln()
+    }
+
+    /// Vertices of the longest of so many paths.
+    fn most_vertices(&self, paths: f64) -> f64 {
+        (self.certain() + paths.max(1.0).ln() / (1.0 / self.kept).ln()).min(self.most())
+    }
+}
+
+/// Mean over the area of all surfaces, of what they reflect or pass.
+fn mean_reflectance(scene: &Scene) -> f64 {
+    let luminous = |c: [f64; 3]| c.iter().zip(BRIGHTNESS_WEIGHTS).map(|(v, w)| v * w).sum::<f64>();
+    let (mut area, mut kept) = (0.0, 0.0);
+    for t in &scene.triangles {
+        let share = match scene.materials[t.material.0 as usize].kind {
+            MaterialKind::Plastic { color, .. } | MaterialKind::Metal { color, .. } | MaterialKind::Mirror { color } => luminous(color),
+            MaterialKind::Trans { color, .. } => luminous(color),
+            // Paths go on through them; they are no vertices.
+            MaterialKind::Glass { .. } | MaterialKind::Void => continue,
+            MaterialKind::Light { .. } | MaterialKind::Glow { .. } => 0.0,
+        };
+        let [a, b, c] = t.vertices;
+        let own = (b - a).cross(c - a).length();
+        area += own;
+        kept += own * share;
+    }
+    if area > 0.0 { kept / area } else { 0.0 }
+}
+
+/// Rays of D of a window, if it is traced.
+pub(super) fn daylight_rays(project: &Project, inputs: &Inputs, window: usize) -> f64 {
+    let o = daylight_options(project, window, 0);
+    let bins = inputs.windows[window].window.basis.len();
+    f64::from(rounds(project)) * f64::from(o.batches) * f64::from(o.paths) * bins as f64 * DAYLIGHT_SEGMENTS
+}
+
+/// Rays of V of so many sensors.
+fn view_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
+    let (o, bins, sensors) = (view_options(project, 0), inputs.bins() as f64, sensors as f64);
+    let lives = Lives::new(&inputs.scene, o.bounces, o.roulette_weight);
+    let paths = bins * f64::from(o.light_paths) * f64::from(o.batches);
+    let connections = sensors * bins * f64::from(o.batches) * f64::from(o.visibility_rays) * lives.most_vertices(paths);
+    let own = sensors * f64::from(o.batches) * (f64::from(o.direct_samples) + NEAR_SEGMENTS * f64::from(o.near_samples));
+    f64::from(rounds(project)) * (own + connections + paths * LIGHT_PATH_SEGMENTS)
+}
+
+/// Rays of the view matrix of a picture that shows so many pixels.
+fn picture_rays(project: &Project, pixels: usize, windows_only: bool) -> f64 {
+    let o = image_options(project);
+    if windows_only {
+        return pixels as f64 * f64::from(o.subpixels);
+    }
+    let samples =
+        f64::from(o.window_samples.div_ceil(o.traced_every)) + f64::from(o.visibility_rays) + NEAR_SEGMENTS * f64::from(o.near_samples);
+    pixels as f64 * (f64::from(o.subpixels) + f64::from(o.batches) * samples)
+}
+
+/// Rays of suns in the picture of so many pixels.
+fn sun_picture_rays(project: &Project, inputs: &Inputs, pixels: usize, suns: usize) -> f64 {
+    let o = sun_picture_options(project);
+    let pairs = |batches: u32| (pixels * suns) as f64 * f64::from(batches);
+    let mut rays = 0.0;
+    if inputs.windows.iter().any(|w| w.shade.is_some()) {
+        let s = o.slats;
+        rays += pairs(s.batches) * PIXEL_TO_SUN.rays(s.disc_samples, s.paths);
+    }
+    if inputs.windows.iter().any(|w| w.pane.is_some()) {
+        // Rays to the cells serve all suns.
+        let p = o.panes;
+        rays += pixels as f64 * f64::from(p.batches) * f64::from(p.cells) + pairs(p.batches) * PIXEL_TO_SUN.rays(p.disc_samples, 0);
+    }
+    rays
+}
+
+/// All phases in the order of their computation. `lit`: time steps that are not night.
+pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, lit: usize) -> Result<Vec<PhasePlan>> {
+    let (bins, patches, steps) = (inputs.bins(), project.method.sky.len(), inputs.weather.records.len());
+    // Five phases also need the sky without sun, and the sun alone.
+    let skies = if suns.is_some() { 3.0 } else { 1.0 };
+    let sky = PhasePlan::new("S".into(), (patches, "patches"), (steps, "steps")).worked(skies * (patches * steps) as f64 * slow::SKY);
+    let mut all = vec![sky];
+    let count: usize = inputs.sensors.iter().map(|g| g.sensors.len()).sum();
+    if count > 0 {
+        let phase = PhasePlan::new("V of sensors".into(), (count, "sensors"), (bins, "bins"));
+        all.push(phase.traced(view_rays(project, inputs, count), slow::VIEW_RAY));
+    }
+    for (i, window) in inputs.windows.iter().enumerate() {
+        let own = window.window.basis.len();
+        let known = project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window);
+        let rays = if known || window.daylight.is_some() { 0.0 } else { daylight_rays(project, inputs, i) };
+        let phase = PhasePlan::new(format!("D of {}", window.name), (own, "bins"), (patches, "patches"));
+        all.push(phase.traced(rays, slow::DAYLIGHT_RAY));
+    }
+    if let Some(suns) = suns
+        && count > 0
+    {
+        let needed = suns.census.needed;
+        let phase = PhasePlan::new("Cds of sensors".into(), (count, "sensors"), (needed, "suns"));
+        all.push(phase.traced(sun_rays(project, inputs, count, needed), slow::SUN_RAY));
+    }
+    if count > 0 {
+        // All replicates of the errors are multiplied as the result is; five phases have three skies.
+        let terms = (1 + view_options(project, 0).batches) as f64 * if suns.is_some() { 2.0 } else { 1.0 };
+        let work = 3.0 * count as f64 * (patches * lit) as f64 * terms;
+        let phase = PhasePlan::new("illuminance".into(), (count, "sensors"), (steps, "steps"));
+        all.push(phase.worked(work * slow::PRODUCT));
+    }
+    for view in &project.views {
+        all.extend(view_costs(project, inputs, view, suns, lit)?);
+    }
+    Ok(all)
+}
+
+/// Rays of Cds of sensors.
+fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> f64 {
+    let o = sun_options(project);
+    let pairs = (sensors * suns) as f64;
+    let mut rays = 0.0;
+    if inputs.windows.iter().any(|w| w.shade.is_some()) {
+        rays += pairs * f64::from(o.batches) * SENSOR_TO_SUN.rays(o.disc_samples, o.paths);
+    }
+    if inputs.windows.iter().any(|w| w.pane.is_some()) {
+        let p = pane_options(project);
+        rays += sensors as f64 * f64::from(p.batches) * f64::from(p.cells)
+            + pairs * f64::from(p.batches) * SENSOR_TO_SUN.rays(p.disc_samples, 0);
+    }
+    rays
+}
+
+/// Phases of one view: its matrix, its suns, its pictures, its glare.
+fn view_costs(project: &Project, inputs: &Inputs, view: &ViewSection, suns: Option<&SunSet>, lit: usize) -> Result<Vec<PhasePlan>> {
+    let mut all = Vec::new();
+    let (raster, bins) = (view.raster()?, inputs.bins());
+    let (pixels, name) = (raster.len(), &view.name);
+    let seen = (0..pixels).filter(|p| raster.is_seen(p % raster.width(), p / raster.width())).count();
+    let steps = inputs.weather.steps();
+    let pictured = match &project.images.hours {
+        ImageHours::None => Vec::new(),
+        ImageHours::Daylight => (0..lit).collect(),
+        ImageHours::Chosen(hours) => steps.of_hours(hours).unwrap_or_default(),
+    };
+    let method = project.glare.as_ref().map(|g| g.method);
+    if method.is_none_or(|m| m == GlareMethod::Image) || !pictured.is_empty() {
+        let rays = if view.given.view.is_some() { 0.0 } else { picture_rays(project, seen, false) };
+        let phase = PhasePlan::new(format!("V of {name}"), (pixels, "pixels"), (bins, "bins"));
+        let o = image_options(project);
+        let [once, per_path] = slow::PIXEL_ENTRY;
+        let entry = if rays > 0.0 { f64::from(o.batches) * (once + per_path * f64::from(o.light_paths)) } else { 0.0 };
+        all.push(phase.traced(rays, 0.0).worked((seen * bins) as f64 * entry));
+    }
+    if method == Some(GlareMethod::Edgps) {
+        let phase = PhasePlan::new(format!("V of {name}, windows"), (pixels, "pixels"), (bins, "bins"));
+        all.push(phase.traced(picture_rays(project, seen, true), slow::DAYLIGHT_RAY));
+    }
+    if method.is_some_and(|m| m != GlareMethod::Image) {
+        let phase = PhasePlan::new(format!("V of {name}, eye"), (1, "eye"), (bins, "bins"));
+        all.push(phase.traced(view_rays(project, inputs, 1), slow::VIEW_RAY));
+    }
+    let has_pictures = method.is_some_and(GlareMethod::has_pictures);
+    if let Some(suns) = suns.filter(|_| inputs.windows.iter().any(|w| w.is_sunny()))
+        && (has_pictures || !pictured.is_empty() || project.images.components)
+    {
+        // Glare needs all of them.
+        let needed = if has_pictures || project.images.components {
+            suns.census.needed
+        } else {
+            let mut some: Vec<usize> = pictured.iter().filter_map(|&step| Some((*suns.hours.get(step)?)?.0)).collect();
+            some.sort_unstable();
+            some.dedup();
+            some.len()
+        };
+        let rays = if view.given.sun.is_some() { 0.0 } else { sun_picture_rays(project, inputs, seen, needed) };
+        let phase = PhasePlan::new(format!("suns of {name}"), (pixels, "pixels"), (needed, "suns"));
+        all.push(phase.traced(rays, slow::SUN_PIXEL_RAY));
+    }
+    let columns = if suns.is_some() { 2 * bins } else { bins };
+    let products = 3.0 * (seen * columns) as f64 * slow::PRODUCT;
+    if !pictured.is_empty() {
+        let phase = PhasePlan::new(format!("pictures of {name}"), (pixels, "pixels"), (pictured.len(), "steps"));
+        all.push(phase.worked(pictured.len() as f64 * (products + pixels as f64 * slow::PICTURE_PIXEL)));
+    }
+    if has_pictures {
+        let states = inputs.windows.iter().map(|w| w.states.len()).max().unwrap_or(0).max(1);
+        let noise = (bins * project.method.sky.len()) as f64 * slow::GLARE_NOISE;
+        let each = products + seen as f64 * slow::GLARE_PIXEL + noise;
+        let phase = PhasePlan::new(format!("glare of {name}"), (states, "states"), (lit, "steps"));
+        all.push(phase.worked((states * lit) as f64 * each));
+    }
+    Ok(all)
+}

@@ -1,0 +1,76 @@
+//! `lucarne plan` against `lucarne run`: what the plan foretells is what the run counts.
+
+mod device;
+
+use device::device;
+use lucarne::Warnings;
+use lucarne::progress::Silent;
+use lucarne::simulate::plan::plan;
+use lucarne::simulate::project::Preset;
+use lucarne::simulate::{Inputs, Project, run};
+use std::path::{Path, PathBuf};
+
+/// How far the number of rays may be from the foretold one: paths end by chance.
+const FACTOR: f64 = 1.5;
+
+fn shipped() -> Vec<PathBuf> {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    ["asymmetric/project.toml", "office/project_gltf.toml", "office/project.toml", "blinds/project.toml"].map(|p| scenes.join(p)).into()
+}
+
+#[test]
+fn the_rays_of_every_phase_are_those_foretold() {
+    let Some(device) = device("foretold rays") else { return };
+    for file in shipped() {
+        let mut project = Project::read(&file).unwrap();
+        project.quality.preset = Preset::Draft;
+        for view in &mut project.views {
+            view.resolution = [32, 32];
+        }
+        let inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
+        let foretold = plan(&project, &inputs).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        let summary = run(&device, &project, &inputs, out.path(), &Silent, &mut Warnings::new()).unwrap();
+        let counted = |prefix: &str, names: &[&str]| -> f64 {
+            let is = |name: &str| names.iter().any(|n| name == format!("{prefix}_{n}"));
+            summary.matrices.iter().filter(|m| is(&m.name)).map(|m| m.rays as f64).sum()
+        };
+        let groups: Vec<&str> = inputs.sensors.iter().map(|g| g.name.as_str()).collect();
+        let mut all = 0.0;
+        for phase in foretold.costs.iter().filter(|p| p.rays > 0.0) {
+            let (kind, name) = phase.name.split_once(" of ").unwrap();
+            let run = match (kind, name) {
+                // Groups are traced together.
+                ("V", "sensors") => counted("V", &groups[..1]),
+                ("Cds", "sensors") => counted("C", &groups[..1]),
+                ("suns", view) => counted("suns", &[view]),
+                (kind, name) => counted(kind, &[name]),
+            };
+            eprintln!("{}: {}: {:.0} rays foretold, {run:.0} counted, {:.2}", file.display(), phase.name, phase.rays, phase.rays / run);
+            assert!(run > 0.0 && phase.rays < FACTOR * run && run < FACTOR * phase.rays, "{}: {}", file.display(), phase.name);
+            all += run;
+        }
+        assert!((all / summary.rays as f64 - 1.0).abs() < 0.02, "phases have {all} rays, the run {}", summary.rays);
+    }
+}
+
+/// The two kinds of work that rays do not show: states of the façade, and pictures.
+#[test]
+fn states_and_pictures_cost_what_they_are_more() {
+    let office = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/office");
+    let mut project = Project::read(&office.join("project.toml")).unwrap();
+    let seconds = |project: &Project, name: &str| {
+        let inputs = Inputs::read(project, &mut Warnings::new()).unwrap();
+        plan(project, &inputs).unwrap().costs.iter().filter(|p| p.name.starts_with(name)).map(|p| p.slow_seconds).sum::<f64>()
+    };
+    let one = seconds(&project, "glare of desk");
+    assert!(one > 0.5, "{one}");
+    let window = &mut project.windows[0];
+    window.states = vec![window.bsdf.clone(), window.bsdf.clone(), window.bsdf.clone()];
+    assert!((seconds(&project, "glare of desk") / one - 3.0).abs() < 1e-9);
+    assert_eq!(seconds(&project, "pictures"), 0.0);
+    project.images.hours = lucarne::simulate::project::views::ImageHours::Chosen(vec![12, 4716]);
+    let two = seconds(&project, "pictures");
+    project.images.hours = lucarne::simulate::project::views::ImageHours::Daylight;
+    assert!((seconds(&project, "pictures") / two - 4405.0 / 2.0).abs() < 1e-6);
+}
