@@ -3,6 +3,9 @@
 # make bench   measure kernels and the whole job, write target/bench.json
 # make viewer  build the viewer and look at the demo's results (which it computes if there are none)
 #
+# All share one build of every crate: the same profile, and features that .ci/builds-once compares.
+# Clippy alone checks all crates once more, without making code of them.
+#
 # On Debian and Ubuntu whatever is missing (a C linker for Rust, Mesa's Vulkan driver for
 # machines without a graphics card) is installed by apt-get; see .ci/install-missing.
 
@@ -32,6 +35,7 @@ test: vulkan lint
 
 # Lints are errors only with the compiler they were written for: a newer one knows new lints.
 lint:
+	@.ci/builds-once
 	@if cargo fmt --version >/dev/null 2>&1; then cargo fmt --check; else echo "rustfmt is not installed: format not checked"; fi
 	@if ! cargo clippy --version >/dev/null 2>&1; then echo "clippy is not installed: lints not checked"; \
 	 elif rustc --version | grep -q '^rustc 1\.95\.'; then cargo clippy --release --workspace --all-targets -- -D warnings; \

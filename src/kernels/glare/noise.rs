@@ -11,7 +11,7 @@ use super::stack::Stack;
 use super::year::{Light, Year};
 use crate::error::{Error, Result};
 use crate::glare::Glare;
-use crate::glare::index::{DgpModel, erf};
+use crate::glare::index::DgpModel;
 use crate::matrix::Matrix;
 use crate::units::ILLUMINANCE_WEIGHTS;
 use std::collections::BTreeMap;
@@ -227,5 +227,5 @@ impl Slopes {
 
 /// Share of a normal distribution beyond `x` standard deviations.
 fn normal_tail(x: f64) -> f64 {
-    0.5 * (1.0 - erf(x / std::f64::consts::SQRT_2))
+    0.5 * libm::erfc(x / std::f64::consts::SQRT_2)
 }
