@@ -8,7 +8,7 @@ use super::pictures::{Addition, Output, PictureView, Request, write_pictures};
 use super::project::name;
 use super::store::{INPUTS, Store, is_of, software};
 use super::sun_pictures::SunPictures;
-use super::table::Table;
+use super::table::{Place, Table};
 use crate::camera::{Raster, View};
 use crate::error::{Error, Result, Warnings};
 use crate::files::write_atomically;
@@ -43,6 +43,8 @@ pub struct ViewSection {
     pub view: Option<View>,
     /// Most pixels per row, and most rows; pixels stay square.
     pub resolution: [usize; 2],
+    /// Where the resolution stands in the project file.
+    pub(super) place: Place,
     /// Pictures made elsewhere.
     pub given: GivenPictures,
 }
@@ -53,8 +55,9 @@ impl ViewSection {
         let file = table.required_path("file", "add file = \"….vf\": a file with a line of view options")?;
         let resolution = resolution(&mut table)?.unwrap_or([512, 512]);
         let given = GivenPictures::read(&mut table)?;
+        let place = table.place("resolution");
         table.finish()?;
-        Ok(Self { name, file, view: None, resolution, given })
+        Ok(Self { name, file, view: None, resolution, place, given })
     }
 
     /// The view, not yet checked.
@@ -71,7 +74,11 @@ impl ViewSection {
     /// A view file that cannot be read or makes no sense.
     pub fn raster(&self) -> Result<Raster> {
         let camera = self.view()?.camera().map_err(|e| e.file(&self.file))?;
-        Raster::fit(camera, self.resolution[0], self.resolution[1], 1.0).map_err(|e| e.file(&self.file))
+        let [width, height] = self.resolution;
+        Raster::fit(camera, width, height, 1.0).map_err(|_| {
+            let fault = format!("{width} × {height} square pixels are too few for a view {:.3} times as high as wide", camera.aspect());
+            self.place.of(Error::new(fault).help("give more pixels, or another -vh or -vv in the view file"))
+        })
     }
 }
 
@@ -101,6 +108,8 @@ pub struct ImagesSection {
     pub hours: ImageHours,
     /// Whether V, Vd and the suns are written as component pictures too.
     pub components: bool,
+    /// Where the hours stand in the project file, if there is such a section.
+    pub(super) place: Option<Place>,
 }
 
 impl ImageHours {
@@ -113,7 +122,7 @@ impl ImageHours {
             ImageHours::None => Ok(Vec::new()),
             ImageHours::Daylight => Ok(lit_columns(sky)),
             ImageHours::Chosen(hours) => {
-                check_hours(hours, "the weather file", sky.cols()).map_err(|e| e.field("images.hours"))?;
+                check_hours(hours, "the weather file", sky.cols())?;
                 Ok(hours.clone())
             }
         }
@@ -122,7 +131,7 @@ impl ImageHours {
 
 impl ImagesSection {
     pub(super) fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
-        let mut images = Self { hours: ImageHours::None, components: false };
+        let mut images = Self { hours: ImageHours::None, components: false, place: None };
         let Some(mut table) = table else { return Ok(images) };
         images.hours = match table.integers_or_choice("hours", 0..=1_000_000, &["daylight", "none"])? {
             None => ImageHours::None,
@@ -131,6 +140,7 @@ impl ImagesSection {
             Some(Err(_)) => ImageHours::None,
         };
         images.components = table.boolean("components")?.unwrap_or(false);
+        images.place = Some(table.place("hours"));
         table.finish()?;
         Ok(images)
     }

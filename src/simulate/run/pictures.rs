@@ -72,7 +72,8 @@ impl Run<'_> {
         for view in &self.project.views {
             let eye_error = self.view_matrix(product, view, &windows, asked.as_deref())?;
             self.warn_of_view(view, eye_error, warnings);
-            let hours = self.project.images.hours.chosen(sky)?;
+            let images = &self.project.images;
+            let hours = images.hours.chosen(sky).map_err(|e| images.place.iter().fold(e, |e, place| place.of(e)))?;
             let components = self.project.images.components;
             let mut suns = None;
             if let Some(five) = five
