@@ -86,7 +86,7 @@ impl Error {
             // Not the apostrophe of "the window's".
             quoted ^= c == '\'' && (quoted || !before.is_alphanumeric());
             before = c;
-            !quoted && !c.is_ascii_digit()
+            !quoted && !c.is_ascii_digit() && c != '-'
         });
         format!(
             "{}|{}|{}",

@@ -194,7 +194,7 @@ fn coefficients(
     let sky = factors.last_mut().expect("there is a sky beside V");
     let hours = match hours {
         Some(hours) => {
-            check_hours(&hours, &sky.name, sky.matrix.cols())?;
+            check_hours(&hours, &sky.name, sky.matrix.cols()).map_err(|e| e.field("--hours"))?;
             hours
         }
         None => lit_columns(&sky.matrix),

@@ -61,8 +61,8 @@ impl Plan {
         if rows_per_chunk == 0 {
             let needed = fixed + all_rows * alignment as u64;
             return Err(Error::new(format!("the smallest tile needs {needed} bytes; {memory} are allowed, {binding_limit} per binding"))
-                .field("--memory")
-                .help(format!("allow at least {}", human(needed))));
+                .field("memory")
+                .help(format!("allow at least {} (--memory, of the verbs that have it)", human(needed))));
         }
         Ok(Self { rows, rows_per_chunk })
     }

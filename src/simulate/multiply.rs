@@ -69,7 +69,7 @@ pub fn select_columns(matrix: &Matrix<f32>, columns: &[usize]) -> Matrix<f32> {
 /// # Errors
 /// Hours beyond the matrix or named twice.
 pub fn check_hours(hours: &[usize], sky: &str, columns: usize) -> Result<()> {
-    let fail = |message: String| Err(Error::new(message).field("--hours"));
+    let fail = |message: String| Err(Error::new(message));
     if let Some(hour) = hours.iter().find(|&&h| h >= columns) {
         return fail(format!("'{sky}' has no hour {hour}: its {columns} columns are hours 0 to {}", columns.saturating_sub(1)));
     }
@@ -92,7 +92,7 @@ pub fn product(multiplier: &dyn Multiplier, mut factors: Vec<Factor>, hours: Opt
         return Err(Error::new("a product needs at least one matrix"));
     };
     if let Some(hours) = hours {
-        check_hours(hours, &sky.name, sky.matrix.cols())?;
+        check_hours(hours, &sky.name, sky.matrix.cols()).map_err(|e| e.field("--hours"))?;
         sky.matrix = select_columns(&sky.matrix, hours);
     }
     let columns = sky.matrix.cols();

@@ -8,7 +8,11 @@ use gltf::buffer::{Source, View};
 use std::path::{Component, Path, PathBuf};
 
 /// Bytes of all buffers.
-pub struct Buffers(Vec<Vec<u8>>);
+pub struct Buffers {
+    bytes: Vec<Vec<u8>>,
+    /// Whether positions and normals may be integers (`KHR_mesh_quantization`).
+    quantised: bool,
+}
 
 impl Buffers {
     /// Loads all buffers of a file: its binary part, data URIs, and files in its folder or below.
@@ -39,14 +43,21 @@ impl Buffers {
             }
             buffers.push(bytes);
         }
-        Ok(Self(buffers))
+        Ok(Self { bytes: buffers, quantised: gltf.extensions_used().any(|e| e == "KHR_mesh_quantization") })
     }
 
-    /// The three-component vectors of an accessor.
+    /// The positions or normals of an accessor.
     ///
     /// # Errors
-    /// As [`floats`](Self::floats).
+    /// As [`floats`](Self::floats); integers in files that do not use `KHR_mesh_quantization`.
     pub fn vectors(&self, accessor: &gltf::Accessor) -> Result<Vec<DVec3>> {
+        if accessor.data_type() != DataType::F32 && !self.quantised {
+            return Err(Error::new(
+                "positions and normals must be vectors of three 32-bit floats, unless the file uses KHR_mesh_quantization",
+            )
+            .field(format!("accessor {}", accessor.index()))
+            .help("export without quantisation"));
+        }
         Ok(self.floats::<3>(accessor)?.into_iter().map(DVec3::from_array).collect())
     }
 
@@ -123,7 +134,7 @@ impl Buffers {
 
     fn decoded<T>(&self, view: &View, offset: usize, count: usize, size: usize, decode: &impl Fn(&[u8]) -> T) -> Result<Vec<T>> {
         let outside = || Error::new("the data lie outside their buffer").help("export the file again");
-        let bytes = self.0.get(view.buffer().index()).ok_or_else(outside)?;
+        let bytes = self.bytes.get(view.buffer().index()).ok_or_else(outside)?;
         let end = view.offset().checked_add(view.length()).ok_or_else(outside)?;
         let bytes = bytes.get(view.offset()..end).ok_or_else(outside)?;
         let stride = view.stride().unwrap_or(size);

@@ -284,7 +284,8 @@ fn quantised_meshes_are_read() {
         .and("/extensionsUsed", json!(["KHR_mesh_quantization"]));
     assert_eq!(file.read().scene.triangles[0].vertices, [DVec3::ZERO, DVec3::X, DVec3::Z]);
     let bytes = json!({ "componentType": 5121, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [255, 1, 0] });
-    let (file, number) = with_data(File::new(), bytes, &[0, 0, 0, 255, 0, 0, 0, 1, 0]);
+    let used = File::with("/extensionsUsed", json!(["KHR_mesh_quantization"]));
+    let (file, number) = with_data(used, bytes, &[0, 0, 0, 255, 0, 0, 0, 1, 0]);
     let file = file.and("/meshes/0/primitives/0/attributes", json!({ "POSITION": number }));
     assert_eq!(file.read().scene.triangles[0].vertices, [DVec3::ZERO, DVec3::X * 255.0, DVec3::Z]);
 }

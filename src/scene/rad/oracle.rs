@@ -392,7 +392,7 @@ fn polygons_that_are_not_plane_are_flattened_as_radiance_does() {
     let folder = folder(&[("main.rad", &text)]);
     let Some(expected) = radiance_hits(folder.path(), &["main.rad"], &rays) else { return };
     let (scene, warnings) = read(&["main.rad"], folder.path()).unwrap();
-    assert_eq!(warnings.len(), 40);
+    assert!(warnings.len() == 20 && warnings[19].contains("(and 20 more like it)"), "{warnings:?}");
     let mut differ = 0;
     for (ray, expected) in rays.iter().zip(&expected) {
         match (nearest_hit(&scene, *ray), expected) {

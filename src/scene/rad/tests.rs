@@ -351,7 +351,7 @@ fn lines_that_ask_for_too_much_end_in_one_error() {
         assert!(error.contains(message) && error.starts_with("main.rad:2: "), "{line}: {error}");
     }
     // A million repetitions are a handful of squares: 2²⁰ quarter turns about z are none.
-    let turned = one(&format!("{RED}!genbox red b 1 2 3 | xform -rz 90 -i 1048576\n"));
+    let turned = one(&format!("{RED}!genbox red b 1 2 3 | xform -i 1048576 -rz 90\n"));
     assert!(turned.triangles.iter().flat_map(|t| t.vertices).all(|v| v.min_element() >= 0.0 && v.cmple(DVec3::new(1.0, 2.0, 3.0)).all()));
     assert!(started.elapsed().as_secs() < 60, "{:?}", started.elapsed());
 }

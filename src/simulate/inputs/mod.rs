@@ -256,7 +256,7 @@ fn check_steps(project: &Project, weather: &Weather, warnings: &mut Warnings) ->
     let steps = weather.steps();
     let all: Vec<usize> = (0..steps.len()).collect();
     let images = &project.images;
-    images.hours.chosen(&steps, &all).map_err(|e| e.file(&project.file).line(images.line).field("images.hours"))?;
+    images.hours.chosen(&steps, &all).map_err(|e| images.place.iter().fold(e, |e, place| place.of(e)))?;
     if !steps.are_even {
         let minutes = 60.0 * steps.length;
         warnings.push(

@@ -55,6 +55,7 @@ use self::glare::GlareSection;
 use self::method::MethodSection;
 pub use self::quality::{Preset, QualitySection};
 pub use self::sections::{SceneSection, SensorsSection, WeatherSection, WindowSection};
+pub use self::table::Place;
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
@@ -229,6 +230,7 @@ fn imports_match(top: &Table<'_, '_>, phases: u32, windows: &[WindowSection], se
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::simulate::project::method::Phases;
 
     const GOOD: &str = r#"
@@ -425,6 +427,32 @@ seed = 0x2a
     fn names_used_twice_are_refused() {
         let twice = format!("{GOOD}[[sensors]]\nname = \"Workplane\"\npoints = \"p.txt\"\n");
         assert!(complaint(&twice).contains("two sections [[sensors]] have the name 'Workplane'"));
+    }
+
+    #[test]
+    fn faults_that_show_later_still_name_the_projects_line_and_key() {
+        let view = |resolution: &str| format!("[[view]]\nname = \"desk\"\nfile = \"v.vf\"\nresolution = {resolution}\n");
+        let folder = folder();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("v.vf"), "rvu -vtv -vh 10 -vv 170\n").unwrap();
+        std::fs::write(at("up.txt"), "1 1 1 0 1 0\n2 2 2 0 0 1\n").unwrap();
+        let read = |text: &str| {
+            std::fs::write(at("project.toml"), text).unwrap();
+            Project::read(&at("project.toml"))
+        };
+        let starts = |e: Error, start: &str| {
+            let text = e.to_string();
+            assert!(text.contains(start) && !text.split("help:").next().unwrap().contains(" -"), "{text}");
+        };
+        let project = read(&format!("{GOOD}{}[images]\nhours = [3, 9000]\n", view("[4, 4]"))).unwrap();
+        let place = project.images.place.as_ref().unwrap();
+        starts(place.of(Error::new("there is no hour 9000")), "project.toml:25: images.hours: there is no hour 9000");
+        starts(project.views[0].raster().unwrap_err(), "project.toml:23: view 1.resolution: 4 × 4 square pixels are too few");
+        assert!(read(&format!("{GOOD}{}", view("[1, 400]"))).unwrap().views[0].raster().is_ok());
+        let looking_up = format!("{GOOD}[[views]]\nname = \"seats\"\npoints = \"up.txt\"\n");
+        starts(read(&looking_up).unwrap_err(), "up.txt:2: this point looks straight up or down");
+        let comma = read(&GOOD.replace("preset = \"final\"", "target_error = 0,02")).unwrap_err().to_string();
+        assert!(comma.contains("project.toml:18: ") && comma.contains("write a point in place of the comma: 0.02"), "{comma}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::image::series::Pattern;
+use crate::text;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
@@ -25,17 +26,37 @@ impl<'a> Document<'a> {
     /// If it is not TOML.
     pub fn parse(&self) -> Result<DeTable<'a>> {
         DeTable::parse(self.text).map(Spanned::into_inner).map_err(|e| {
-            self.error_at(e.span().map_or(0, |s| s.start), e.message().trim().replace('\n', " "))
-                .help("see https://toml.io for how such files are written")
+            let error = self.error_at(e.span().map_or(0, |s| s.start), e.message().trim().replace('\n', " "));
+            let line = self.text.lines().nth(e.span().map_or(0, |s| self.line_at(s.start) - 1)).unwrap_or_default();
+            let value = line.split_once('=').map_or("", |(_, value)| value.trim());
+            if text::why_no_number(value).is_empty() {
+                return error.help("see https://toml.io for how such files are written");
+            }
+            error.help(format!("write a point in place of the comma: {}", value.replacen(',', ".", 1)))
         })
     }
 
-    fn line(&self, offset: usize) -> usize {
-        1 + self.text.as_bytes()[..offset.min(self.text.len())].iter().filter(|&&b| b == b'\n').count()
+    fn error_at(&self, offset: usize, message: impl Into<String>) -> Error {
+        Error::new(message).file(self.file).line(self.line_at(offset))
     }
 
-    fn error_at(&self, offset: usize, message: impl Into<String>) -> Error {
-        Error::new(message).file(self.file).line(self.line(offset))
+    fn line_at(&self, offset: usize) -> usize {
+        1 + self.text.as_bytes()[..offset.min(self.text.len())].iter().filter(|&&b| b == b'\n').count()
+    }
+}
+
+/// Where a key of a project file stands: for faults of its value that show only later.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    file: PathBuf,
+    line: usize,
+    field: String,
+}
+
+impl Place {
+    /// The error with this place, unless it names one.
+    pub fn of(&self, error: Error) -> Error {
+        error.file(&self.file).line(self.line).field(&self.field)
     }
 }
 
@@ -68,15 +89,15 @@ impl<'d, 'a> Table<'d, 'a> {
         if self.name.is_empty() { key.to_string() } else { format!("{}.{key}", self.name) }
     }
 
-    /// The line of a key's value, or that of the table.
-    pub fn line(&self, key: &str) -> usize {
-        self.document.line(self.entries.get(key).map_or(self.offset, |v| v.span().start))
-    }
-
     /// An error about the value of a key, with its place.
     pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
+        self.place(key).of(Error::new(message))
+    }
+
+    /// Where a key stands, or its table if it is left out.
+    pub fn place(&self, key: &str) -> Place {
         let offset = self.entries.get(key).map_or(self.offset, |v| v.span().start);
-        self.document.error_at(offset, message).field(self.field(key))
+        Place { file: self.document.file.to_path_buf(), line: self.document.line_at(offset), field: self.field(key) }
     }
 
     fn wrong_type(&self, key: &str, value: &DeValue<'_>, wanted: &str) -> Error {

@@ -15,7 +15,7 @@ use super::given::GivenPictures;
 use super::table::{Table, name};
 use super::views::{ViewSection, resolution};
 use crate::camera::{Projection, View};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::points::read_points;
 use glam::DVec3;
 
@@ -30,6 +30,7 @@ pub(super) fn read_grid(mut table: Table<'_, '_>) -> Result<Vec<ViewSection>> {
     if directions.as_ref().is_some_and(Vec::is_empty) {
         return Err(table.error("directions", "this list is empty").help("leave it out to look as the points file says"));
     }
+    let place = table.place("resolution");
     let mut views = Vec::new();
     for (i, point) in read_points(&file)?.iter().enumerate() {
         let fisheye = |direction: DVec3| View {
@@ -42,12 +43,21 @@ pub(super) fn read_grid(mut table: Table<'_, '_>) -> Result<Vec<ViewSection>> {
         };
         let number = i + 1;
         let mut add = |name: String, view: View| -> Result<()> {
-            view.camera().map_err(|e| {
-                e.file(&file)
+            // The file has directions, and none of a view's options that the camera would name.
+            view.camera().map_err(|_| {
+                Error::new("this point looks straight up or down, where a view has no upper edge")
+                    .file(&file)
                     .line(point.line)
-                    .help("a view cannot be straight up or down; give directions = [0, 90, 180, 270] in [[views]]")
+                    .help("give directions = [0, 90, 180, 270] in [[views]]")
             })?;
-            views.push(ViewSection { name, file: file.clone(), view: Some(view), resolution, given: GivenPictures::default() });
+            views.push(ViewSection {
+                name,
+                file: file.clone(),
+                view: Some(view),
+                resolution,
+                place: place.clone(),
+                given: GivenPictures::default(),
+            });
             Ok(())
         };
         match &directions {

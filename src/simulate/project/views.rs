@@ -1,9 +1,9 @@
 //! `[[view]]` and `[images]`: the cameras of a project, and the hours whose pictures are written.
 
 use super::given::GivenPictures;
-use super::table::{Table, name};
+use super::table::{Place, Table, name};
 use crate::camera::{Raster, View};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::points::Sensor;
 use crate::weather::Steps;
 use std::path::PathBuf;
@@ -21,6 +21,8 @@ pub struct ViewSection {
     pub view: Option<View>,
     /// Most pixels per row, and most rows; pixels stay square.
     pub resolution: [usize; 2],
+    /// Where the resolution stands in the project file.
+    pub place: Place,
     /// Pictures made elsewhere.
     pub given: GivenPictures,
 }
@@ -31,8 +33,9 @@ impl ViewSection {
         let file = table.required_path("file", "add file = \"….vf\": a file with a line of view options")?;
         let resolution = resolution(&mut table)?.unwrap_or([512, 512]);
         let given = GivenPictures::read(&mut table)?;
+        let place = table.place("resolution");
         table.finish()?;
-        Ok(Self { name, file, view: None, resolution, given })
+        Ok(Self { name, file, view: None, resolution, place, given })
     }
 
     /// The view, not yet checked.
@@ -59,7 +62,11 @@ impl ViewSection {
     /// A view file that cannot be read or makes no sense.
     pub fn raster(&self) -> Result<Raster> {
         let camera = self.view()?.camera().map_err(|e| e.file(&self.file))?;
-        Raster::fit(camera, self.resolution[0], self.resolution[1], 1.0).map_err(|e| e.file(&self.file))
+        let [width, height] = self.resolution;
+        Raster::fit(camera, width, height, 1.0).map_err(|_| {
+            let fault = format!("{width} × {height} square pixels are too few for a view {:.3} times as high as wide", camera.aspect());
+            self.place.of(Error::new(fault).help("give more pixels, or another -vh or -vv in the view file"))
+        })
     }
 }
 
@@ -90,8 +97,8 @@ pub struct ImagesSection {
     pub hours: ImageHours,
     /// Whether V, Vd and the suns are written as component pictures too.
     pub components: bool,
-    /// Line of the hours in the project file.
-    pub line: usize,
+    /// Where the hours stand in the project file, if there is such a section.
+    pub place: Option<Place>,
 }
 
 impl ImageHours {
@@ -110,7 +117,7 @@ impl ImageHours {
 
 impl ImagesSection {
     pub(super) fn read(table: Option<Table<'_, '_>>) -> Result<Self> {
-        let mut images = Self { hours: ImageHours::None, components: false, line: 1 };
+        let mut images = Self { hours: ImageHours::None, components: false, place: None };
         let Some(mut table) = table else { return Ok(images) };
         images.hours = match table.integers_or_choice("hours", 0..=1_000_000, &["daylight", "none"])? {
             None => ImageHours::None,
@@ -118,7 +125,7 @@ impl ImagesSection {
             Some(Err("daylight")) => ImageHours::Daylight,
             Some(Err(_)) => ImageHours::None,
         };
-        images.line = table.line("hours");
+        images.place = Some(table.place("hours"));
         images.components = table.boolean("components")?.unwrap_or(false);
         table.finish()?;
         Ok(images)
