@@ -20,3 +20,9 @@ pub const ILLUMINANCE_WEIGHTS: [f64; 3] =
 
 /// Angular diameter of the sun's disc, degrees.
 pub const SUN_DIAMETER_DEG: f64 = 0.533;
+
+/// Solid angle of a round cap of this angular radius (rad), sr.
+pub fn cap_solid_angle(radius: f64) -> f64 {
+    // 2π(1 − cos r) without loss of digits.
+    4.0 * std::f64::consts::PI * (radius / 2.0).sin().powi(2)
+}

@@ -1,5 +1,6 @@
 //! Suns in the pictures of a project: for every sun that the hours asked for need, a sparse picture
-//! on disk, from which the pictures of the hours take what they show.
+//! on disk, from which the pictures of the hours take what they show. The sun's disc is kept beside it,
+//! for glare; of an eye without a picture it is all.
 
 use super::fingerprint::Fingerprint;
 use super::five_phase::{pane_windows, shaded_windows, shades};
@@ -13,7 +14,7 @@ use super::store::Store;
 use super::sun_coding::{decode, encode};
 use super::suns::SunSet;
 use super::views::ViewSection;
-use crate::camera::Raster;
+use crate::camera::{Camera, Raster};
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::kernels::sun_matrix::Sun;
@@ -29,12 +30,14 @@ use std::sync::{Mutex, PoisonError};
 /// length; the hours with their number, each its sun (from 1, 0 for none; u32) and radiance (f64);
 /// the view's number of pixels; the pictures with their number, each its sun, length in bytes, and these
 /// bytes ([`sun_coding`](super::sun_coding)).
-const MAGIC: &[u8; 8] = b"LUCSUNS4";
+const MAGIC: &[u8; 8] = b"LUCSUNS5";
 /// Bytes of an hour.
 const HOUR: usize = 12;
 /// Memory for the pictures of suns that are traced together, bytes; each pixel may take this much.
 const GROUP_BYTES: usize = 1 << 28;
 const PIXEL_BYTES: usize = 64;
+/// Most suns that are traced together.
+const MOST_SUNS: usize = 256;
 
 /// The suns' pictures of one view.
 pub struct SunPictures {
@@ -53,6 +56,23 @@ pub struct SunPictures {
 struct Place {
     start: u64,
     bytes: usize,
+}
+
+/// For whom suns are traced.
+pub enum Shown {
+    /// All that they do to a picture.
+    Picture(Raster),
+    /// Their discs, for an eye.
+    Discs(Camera),
+}
+
+impl Shown {
+    fn pixels(&self) -> usize {
+        match self {
+            Self::Picture(raster) => raster.len(),
+            Self::Discs(_) => 0,
+        }
+    }
 }
 
 /// What they are computed from.
@@ -79,7 +99,7 @@ impl SunPictureJob<'_> {
     pub fn compute(
         &self,
         view: &ViewSection,
-        raster: &Raster,
+        shown: &Shown,
         hours: &[usize],
         mut inputs: Fingerprint,
         statistics: &mut TraceStatistics,
@@ -88,9 +108,19 @@ impl SunPictureJob<'_> {
         needed.sort_unstable();
         needed.dedup();
         let options = sun_picture_options(self.project);
-        inputs.add(raster).add(&options).add(&self.suns.suns).add(&self.suns.hours);
-        let path = self.store.sun_pictures_path(&view.name);
-        if let Some(given) = &view.given.sun {
+        let name = match shown {
+            Shown::Picture(raster) => {
+                inputs.add(raster);
+                view.name.clone()
+            }
+            Shown::Discs(camera) => {
+                inputs.add(camera);
+                format!("{}_eye", view.name)
+            }
+        };
+        inputs.add(&options).add(&self.suns.suns).add(&self.suns.hours);
+        let path = self.store.sun_pictures_path(&name);
+        if let (Shown::Picture(raster), Some(given)) = (shown, &view.given.sun) {
             let pictures = picture_sets::SunsGiven::open(given, self.suns, raster)?;
             self.write(&path, "imported", [raster.len(), needed.len()], &mut |out, fault| {
                 needed.iter().try_for_each(|&number| write_picture(out, number, &pictures.read(number)?).map_err(fault))
@@ -114,12 +144,18 @@ impl SunPictureJob<'_> {
         let panes = pane_windows(self.inputs);
         let first_shade = self.inputs.scene.materials.len() as u32;
         let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded, panes: &panes };
-        let group = (GROUP_BYTES / (raster.len() * PIXEL_BYTES)).clamp(1, 256);
-        self.write(&path, &inputs.to_string(), [raster.len(), needed.len()], &mut |out, fault| {
+        let group = (GROUP_BYTES / (shown.pixels() * PIXEL_BYTES).max(1)).clamp(1, MOST_SUNS);
+        self.write(&path, &inputs.to_string(), [shown.pixels(), needed.len()], &mut |out, fault| {
             for (part, numbers) in needed.chunks(group).enumerate() {
                 let suns: Vec<Sun> = numbers.iter().map(|&n| self.suns.suns[n]).collect();
                 let stage = Part::of(self.progress, part, needed.len().div_ceil(group));
-                let pictures = pixels::compute(self.device, &models, raster, &suns, &options, &stage, statistics)?;
+                let pictures = match shown {
+                    Shown::Picture(raster) => pixels::compute(self.device, &models, raster, &suns, &options, &stage, statistics)?,
+                    Shown::Discs(camera) => {
+                        stage.update("the sun's disc at the eye", 0.0);
+                        pixels::discs_at_eye(self.device, &models, camera, &suns, &options, statistics)?
+                    }
+                };
                 numbers.iter().zip(pictures).try_for_each(|(number, picture)| write_picture(out, *number, &picture).map_err(fault))?;
             }
             Ok(())
@@ -251,20 +287,20 @@ impl SunPictures {
         self.places.keys().copied()
     }
 
-    /// What the sun adds to the picture of an hour (number of the year from 0): pixels in rising order
-    /// and RGB radiance, W/m²sr. Empty without sun.
+    /// What the sun adds to the picture of an hour (number of the year from 0), its disc included: pixels in
+    /// rising order and RGB radiance, W/m²sr. Empty without sun.
     ///
     /// # Errors
     /// A file that cannot be read any more.
     pub fn sun_picture(&self, hour: usize) -> Result<SparsePicture> {
-        Ok(self.sun_picture_with_errors(hour)?.pixels)
+        Ok(self.sun_picture_with_discs(hour)?.with_disc())
     }
 
-    /// The same with standard errors, cd/m² and lx.
+    /// The same with the discs apart, as sources of their own, and with standard errors, cd/m² and lx.
     ///
     /// # Errors
     /// As [`sun_picture`](Self::sun_picture).
-    pub fn sun_picture_with_errors(&self, hour: usize) -> Result<SunPicture> {
+    pub fn sun_picture_with_discs(&self, hour: usize) -> Result<SunPicture> {
         let Some((sun, radiance)) = self.hours.get(hour).copied().flatten() else { return Ok(SunPicture::default()) };
         if !self.places.contains_key(&sun) {
             return Err(Error::new(format!("the sun of hour {hour} was not traced")).file(&self.path));
@@ -277,7 +313,7 @@ impl SunPictures {
     /// # Errors
     /// A file that cannot be read any more.
     pub fn of_sun(&self, sun: usize, radiance: f64) -> Result<SparsePicture> {
-        Ok(self.picture(sun, radiance)?.pixels)
+        Ok(self.picture(sun, radiance)?.with_disc())
     }
 
     fn picture(&self, sun: usize, radiance: f64) -> Result<SunPicture> {
@@ -289,7 +325,8 @@ impl SunPictures {
         }
         let damaged = || Error::new("a sun's picture is damaged").file(&self.path).help("delete the file: it will be computed again");
         let mut picture = decode(&bytes, self.pixels).ok_or_else(damaged)?;
-        let values = picture.pixels.iter_mut().flat_map(|(_, value)| value);
+        let values = picture.pixels.iter_mut().chain(&mut picture.disc_pixels).flat_map(|(_, value)| value);
+        let values = values.chain(picture.discs.iter_mut().flat_map(|disc| &mut disc.radiance));
         let errors = picture.errors.iter_mut().chain(&mut picture.shared_errors);
         values.chain(errors).for_each(|v| *v = (f64::from(*v) * radiance) as f32);
         picture.shared = picture.shared.times(radiance);

@@ -17,7 +17,7 @@ use crate::simulate::multiply::lit_columns;
 use crate::simulate::picture_sets;
 use crate::simulate::presets::image_options;
 use crate::simulate::summary::{MatrixSummary, ViewSummary};
-use crate::simulate::sun_pictures::{SunPictureJob, SunPictures};
+use crate::simulate::sun_pictures::{Shown, SunPictureJob, SunPictures};
 use crate::simulate::suns::SunSet;
 use crate::simulate::uncertainty::Chain;
 use crate::simulate::views::{ImageHours, ViewJob, ViewSection};
@@ -84,7 +84,7 @@ impl Run<'_> {
                 // The suns of all hours at once, if glare or their pictures will need them.
                 let glare = self.project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
                 let needed = if glare || components { lit_columns(sky) } else { hours.clone() };
-                suns = Some(self.sun_pictures(five.suns(), view, &needed, &mut statistics)?);
+                suns = Some(self.sun_pictures(five.suns(), view, &Shown::Picture(view.raster()?), &needed, &mut statistics)?);
                 self.count(statistics, clock);
             }
             if components {
@@ -185,7 +185,14 @@ impl Run<'_> {
     }
 
     /// What the suns of these hours put into the pictures of a view.
-    fn sun_pictures(&self, suns: &SunSet, view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics) -> Result<SunPictures> {
+    fn sun_pictures(
+        &self,
+        suns: &SunSet,
+        view: &ViewSection,
+        shown: &Shown,
+        hours: &[usize],
+        statistics: &mut TraceStatistics,
+    ) -> Result<SunPictures> {
         let job = SunPictureJob {
             device: self.device,
             project: self.project,
@@ -199,7 +206,7 @@ impl Run<'_> {
             inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
         }
         add_scattering_data(self.project, &mut inputs)?;
-        job.compute(view, &view.raster()?, hours, inputs, statistics)
+        job.compute(view, shown, hours, inputs, statistics)
     }
 
     /// Annual glare of all views, if the project asks for it.
@@ -214,9 +221,9 @@ impl Run<'_> {
         let Some(section) = &self.project.glare else { return Ok(None) };
         let mut statistics = TraceStatistics::default();
         let five = five.map(|terms| (terms, self.scene_fingerprint("C")));
-        let pictures = |view: &ViewSection, hours: &[usize], statistics: &mut TraceStatistics| {
+        let pictures = |view: &ViewSection, shown: &Shown, hours: &[usize], statistics: &mut TraceStatistics| {
             let Some((terms, _)) = &five else { return Err(Error::new("suns are traced by five phases only")) };
-            self.sun_pictures(terms.suns(), view, hours, statistics)
+            self.sun_pictures(terms.suns(), view, shown, hours, statistics)
         };
         let job = GlareJob {
             device: self.device,
