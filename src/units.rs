@@ -28,3 +28,9 @@ pub const SUN_DIAMETER_DEG: f64 = 0.533;
 pub fn whole_hours<S: serde::Serializer>(hours: &f64, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     if hours.fract() == 0.0 { serializer.serialize_u64(*hours as u64) } else { serializer.serialize_f64(*hours) }
 }
+
+/// Solid angle of a round cap of this angular radius (rad), sr.
+pub fn cap_solid_angle(radius: f64) -> f64 {
+    // 2π(1 − cos r) without loss of digits.
+    4.0 * std::f64::consts::PI * (radius / 2.0).sin().powi(2)
+}

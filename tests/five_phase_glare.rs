@@ -4,9 +4,11 @@
 mod device;
 
 use device::device;
+use lucarne::camera::{Raster, View};
+use lucarne::glare::{Analyser, Disc, PixelGeometry, Settings};
 use lucarne::gpu::Device;
 use lucarne::image::{Picture, exr};
-use lucarne::kernels::sun_matrix::pixels::SparsePicture;
+use lucarne::kernels::sun_matrix::pixels::{SeenDisc, SparsePicture};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
 use lucarne::progress::Silent;
@@ -17,6 +19,7 @@ use lucarne::weather::Weather;
 use lucarne::{Warnings, glare};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Arc;
 
 #[path = "../src/testing.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
@@ -108,7 +111,8 @@ impl Definition {
         }
     }
 
-    fn picture(&self, hour: usize) -> Vec<[f32; 3]> {
+    /// With the sun's disc on its pixels, or without it.
+    fn picture(&self, hour: usize, with_disc: bool) -> Vec<[f32; 3]> {
         let pixels = self.views[0].rows();
         let mut picture = vec![[0.0f64; 3]; pixels];
         for (term, sign) in [1.0, -1.0].into_iter().enumerate() {
@@ -123,11 +127,25 @@ impl Definition {
                 (0..3).for_each(|c| sum[c] += sign * v[c]);
             }
         }
-        let suns: SparsePicture = self.suns.sun_picture(hour).unwrap();
+        let sun = self.suns.sun_picture_with_discs(hour).unwrap();
+        let suns: SparsePicture = if with_disc { self.suns.sun_picture(hour).unwrap() } else { sun.pixels };
         for (pixel, value) in suns {
             (0..3).for_each(|c| picture[pixel as usize][c] += f64::from(value[c]));
         }
         picture.into_iter().map(|v| v.map(|v| v.max(0.0) as f32)).collect()
+    }
+}
+
+impl Definition {
+    fn discs(&self, hour: usize) -> Vec<Disc> {
+        let weights = lucarne::units::ILLUMINANCE_WEIGHTS;
+        let disc = |d: &SeenDisc| Disc {
+            direction: d.direction.map(f64::from),
+            luminance: (0..3).map(|c| weights[c] * f64::from(d.radiance[c])).sum(),
+            solid_angle: f64::from(d.solid_angle),
+            error: f64::from(d.error),
+        };
+        self.suns.sun_picture_with_discs(hour).unwrap().discs.iter().map(disc).collect()
     }
 }
 
@@ -144,13 +162,29 @@ fn the_fused_year_of_five_phases_is_that_of_float_pictures() {
         let out = blinds(folder.path(), &days, through, &method, SIZE, "preset = \"draft\"");
         let found = year(&out, "seat");
         let definition = Definition::read(&out, &folder.path().join("w.wea"));
-        let view = "-vta -vp 1.5 2.2 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180";
         let lit: Vec<usize> = (0..found.len()).filter(|&h| found[h][2] > 0.0).collect();
         let mut files = Vec::new();
         let mut brightest = 0.0f32;
+        let view = "-vta -vp 1.5 2.2 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180";
+        let camera = View::parse(view).unwrap().camera().unwrap();
+        let geometry = Arc::new(PixelGeometry::new(&Raster::new(camera, SIZE, SIZE).unwrap()).unwrap());
+        let analyser = Analyser::new(geometry, Settings::default()).unwrap();
+        let (mut with_discs, mut without) = (0, Vec::new());
         for &hour in &lit {
-            let mut picture = Picture::new(SIZE, SIZE, definition.picture(hour)).unwrap();
-            brightest = picture.luminance().into_iter().fold(brightest, f32::max);
+            // The disc is a source beside the pixels.
+            let discs: Vec<Disc> = definition.discs(hour);
+            let mut picture = Picture::new(SIZE, SIZE, definition.picture(hour, false)).unwrap();
+            brightest = picture.luminance().into_iter().chain(discs.iter().map(|d| d.luminance as f32)).fold(brightest, f32::max);
+            let whole = analyser.analyse_with_discs(&picture.luminance(), &discs, None).unwrap();
+            let [dgp, _, ev, sources] = found[hour];
+            assert!((whole.indices.dgp - dgp).abs() < 1e-4, "suns {suns}, hour {hour}: {} {dgp}", whole.indices.dgp);
+            assert!((whole.vertical_illuminance / ev - 1.0).abs() < 1e-4, "suns {suns}, hour {hour}: {} {ev}", whole.vertical_illuminance);
+            assert_eq!(whole.sources.len() as f64, sources, "suns {suns}, hour {hour}");
+            if !discs.is_empty() {
+                with_discs += 1;
+                continue;
+            }
+            without.push(hour);
             picture.view = Some(view.into());
             let path = out.join(format!("hour_{hour:04}.exr"));
             let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
@@ -161,7 +195,7 @@ fn the_fused_year_of_five_phases_is_that_of_float_pictures() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let table = String::from_utf8(output.stdout).unwrap();
         let (mut worst, mut with_sources) = (0.0f64, 0);
-        for (&hour, line) in lit.iter().zip(table.lines().skip(1)) {
+        for (&hour, line) in without.iter().zip(table.lines().skip(1)) {
             let cells: Vec<&str> = line.split(',').collect();
             let number = |i: usize| cells[i].parse::<f64>().unwrap();
             let [dgp, _, ev, sources] = found[hour];
@@ -172,15 +206,15 @@ fn the_fused_year_of_five_phases_is_that_of_float_pictures() {
             with_sources += usize::from(sources > 0.0);
         }
         println!(
-            "suns {suns}, {through:?}: {} hours, {with_sources} with sources, DGP within {worst:.1e}, brightest pixel {brightest:.0} cd/m²",
+            "suns {suns}, {through:?}: {} hours, {with_discs} with the disc, {with_sources} others with sources, DGP within {worst:.1e}, brightest pixel {brightest:.0} cd/m²",
             lit.len()
         );
         // The sun itself is in some of them, seen between slats.
         let least = if through == Through::Slats { 1e5 } else { 2e3 };
-        assert!(lit.len() > 20 && with_sources > 5 && brightest > least);
+        assert!(lit.len() > 20 && with_sources + with_discs > 5 && brightest > least && (with_discs > 0) == (through == Through::Slats));
         // The picture that was asked for shows the same light; and run again, the same bits.
         let pixels = |p: &Path| lucarne::image::hdr::read(p).unwrap().luminance().iter().map(|&l| f64::from(l)).sum::<f64>();
-        let of_definition: f64 = definition.picture(12).iter().map(|&p| f64::from(lucarne::image::luminance(p))).sum();
+        let of_definition: f64 = definition.picture(12, true).iter().map(|&p| f64::from(lucarne::image::luminance(p))).sum();
         assert!((pixels(&out.join("images/seat/img_0012.hdr")) / of_definition - 1.0).abs() < 0.01);
         run_project(&folder.path().join("project.toml"), &out);
         assert_eq!(year(&out, "seat"), found);

@@ -283,6 +283,12 @@ fn analyse(job: &Job, args: &Args, settings: &Settings, views: &Views, warnings:
         glare::veil::spread_peaks(&mut luminance, analyser.geometry(), args.peak_limit, width)?;
     }
     let glare = analyser.analyse(&luminance, args.illuminance)?;
+    // A veil has its own width.
+    if args.peak_veil.is_none()
+        && let Some(doubt) = analyser.doubt_of_coarse_sun(&luminance, &glare, args.illuminance)
+    {
+        warnings.push(doubt.file(job.name()));
+    }
     if let Some(check) = &args.check_picture {
         let mut coloured = glare::check::check_picture(&analyser, &luminance, &glare, args.coloured_task.is_some())?;
         coloured.view = Some(view.to_options());

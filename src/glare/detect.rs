@@ -69,6 +69,15 @@ pub struct TaskArea {
 
 impl TaskArea {
     pub(super) fn pixels(&self, geometry: &PixelGeometry) -> Result<Vec<u32>> {
+        let (direction, cosine) = self.cap(geometry)?;
+        Ok((0..geometry.pixel_count())
+            .filter(|&i| geometry.is_inside(i) && dot(direction, geometry.directions[i]) >= cosine)
+            .map(|i| i as u32)
+            .collect())
+    }
+
+    /// The centre's direction and the cosine of half the opening angle.
+    pub(super) fn cap(&self, geometry: &PixelGeometry) -> Result<([f64; 3], f64)> {
         let (w, h) = (geometry.width, geometry.height);
         let angle = self.opening_angle;
         if !(angle > 0.0 && angle <= std::f64::consts::TAU) {
@@ -81,12 +90,7 @@ impl TaskArea {
         if !geometry.is_inside(centre) {
             return Err(Error::new(format!("pixel ({}, {}) is outside the view", self.x, self.y)).field("task area"));
         }
-        let direction = geometry.directions[centre];
-        let cosine = (angle / 2.0).cos();
-        Ok((0..geometry.pixel_count())
-            .filter(|&i| geometry.is_inside(i) && dot(direction, geometry.directions[i]) >= cosine)
-            .map(|i| i as u32)
-            .collect())
+        Ok((geometry.directions[centre], (angle / 2.0).cos()))
     }
 }
 

@@ -2,8 +2,9 @@
 //!
 //! The steps are separate so that another implementation (a fused one on the device) can share each:
 //! [`geometry`] is computed once per view; [`detect`] chooses the glare pixels of a luminance image;
-//! [`sources`] groups them, a pure function of the pixels and the geometry; [`index`] turns the
-//! vertical illuminance and the sources into DGP, UGR and the others. [`Analyser`] runs them in turn.
+//! [`sources`] groups them, a pure function of the pixels and the geometry; the sun's [`disc`] joins
+//! them where it is known; [`index`] turns the vertical illuminance and the sources into DGP, UGR and
+//! the others. [`Analyser`] runs them in turn.
 //!
 //! Written from the published formulas (cited where they stand) and from the observed behaviour of
 //! evalglare 3.06. Known differences from evalglare:
@@ -18,6 +19,7 @@
 pub mod annual;
 pub mod check;
 pub mod detect;
+pub mod disc;
 pub mod geometry;
 pub mod imageless;
 pub mod index;
@@ -29,7 +31,9 @@ pub mod veil;
 use crate::error::{Error, Result};
 use std::sync::Arc;
 
+pub use annual::{CLASS_LIMITS, GlareClass};
 pub use detect::{TaskArea, Threshold};
+pub use disc::Disc;
 pub use geometry::{PixelGeometry, Totals, ViewFrame};
 pub use index::{Background, DgpModel, Indices, UNDEFINED};
 pub use position::{FieldOfView, PositionIndex};
@@ -115,10 +119,19 @@ pub struct Glare {
     pub task_luminance: Option<f64>,
     /// Luminance above which a pixel counted as glare, cd/m².
     pub threshold: f64,
-    /// The glare sources, in the order of their first pixel; peaks come last.
+    /// The glare sources, in the order of their first pixel; then peaks, then discs.
     pub sources: Vec<Source>,
     /// The indices.
     pub indices: Indices,
+}
+
+/// Pixels of a picture that are brighter than the threshold.
+#[derive(Debug, Clone, Copy)]
+pub struct GlarePixels<'a> {
+    /// Numbers, ascending, of pixels in which sources are looked for ([`Analyser::searched`]).
+    pub pixels: &'a [u32],
+    /// Their luminances, cd/m².
+    pub luminance: &'a [f32],
 }
 
 /// Analyses pictures of one view. Everything that depends on the view alone is computed once.
@@ -130,6 +143,8 @@ pub struct Analyser {
     /// Pixels in which sources are looked for.
     searched: Vec<bool>,
     task_pixels: Vec<u32>,
+    /// Centre of the task area and the cosine of its half opening angle.
+    task_cap: Option<([f64; 3], f64)>,
 }
 
 impl Analyser {
@@ -148,7 +163,8 @@ impl Analyser {
             Some(task) => task.pixels(&geometry)?,
             None => Vec::new(),
         };
-        Ok(Self { geometry, settings, neighbourhood, searched, task_pixels })
+        let task_cap = settings.task.as_ref().map(|task| task.cap(&geometry)).transpose()?;
+        Ok(Self { geometry, settings, neighbourhood, searched, task_pixels, task_cap })
     }
 
     /// The geometry given.
@@ -174,6 +190,16 @@ impl Analyser {
     /// If the image does not fit the geometry, a luminance is negative or not finite (see
     /// [`detect::luminance`]), or the given illuminance is.
     pub fn analyse(&self, luminance: &[f32], vertical_illuminance: Option<f64>) -> Result<Glare> {
+        self.analyse_with_discs(luminance, &[], vertical_illuminance)
+    }
+
+    /// As [`Self::analyse`], of a picture in whose pixels these discs are missing. They light the eye and are
+    /// sources of their own if they are brighter than the threshold, whatever the settings say of peaks.
+    ///
+    /// # Errors
+    /// As [`Self::analyse`], and for discs that are not finite.
+    pub fn analyse_with_discs(&self, luminance: &[f32], discs: &[Disc], vertical_illuminance: Option<f64>) -> Result<Glare> {
+        disc::check(discs)?;
         let geometry = &*self.geometry;
         if luminance.len() != geometry.pixel_count() {
             return Err(Error::new(format!(
@@ -188,17 +214,19 @@ impl Analyser {
         {
             return Err(Error::new(format!("the vertical illuminance {ev} lx is not a finite number from 0")));
         }
-        let totals = geometry.totals(luminance)?;
-        let task_luminance = self.settings.task.is_some().then(|| geometry.mean_luminance(luminance, &self.task_pixels));
+        let mut totals = geometry.totals(luminance)?;
+        let mut task_luminance = self.settings.task.is_some().then(|| geometry.mean_luminance(luminance, &self.task_pixels));
+        self.add_discs(discs, &mut totals, &mut task_luminance);
         let threshold = self.settings.threshold.luminance(totals.average_luminance, task_luminance);
         let pixels = detect::glare_pixels(luminance, &self.searched, threshold);
         let values: Vec<f32> = pixels.iter().map(|&p| luminance[p as usize]).collect();
-        Ok(self.judge(&totals, task_luminance, &pixels, &values, vertical_illuminance))
+        let found = GlarePixels { pixels: &pixels, luminance: &values };
+        Ok(self.judge(&totals, task_luminance, found, discs, vertical_illuminance))
     }
 
-    /// Glare from what a picture was reduced to elsewhere (on the device): its sums and its glare
-    /// pixels, those of [`Self::searched`] brighter than the threshold, ascending, with their
-    /// luminances. The same numbers give the same result as [`Self::analyse`], bit for bit.
+    /// Glare from what a picture was reduced to elsewhere (on the device): its sums, which hold the discs
+    /// ([`Self::add_discs`]), its glare pixels and the discs. The same numbers give the same result as
+    /// [`Self::analyse_with_discs`], bit for bit.
     ///
     /// # Panics
     /// If there is not one luminance per pixel, or a pixel is none of the view.
@@ -206,13 +234,16 @@ impl Analyser {
         &self,
         totals: &Totals,
         task_luminance: Option<f64>,
-        pixels: &[u32],
-        luminance: &[f32],
+        found: GlarePixels<'_>,
+        discs: &[Disc],
         vertical_illuminance: Option<f64>,
     ) -> Glare {
-        assert_eq!(pixels.len(), luminance.len(), "one luminance per pixel");
+        assert_eq!(found.pixels.len(), found.luminance.len(), "one luminance per pixel");
         let threshold = self.settings.threshold.luminance(totals.average_luminance, task_luminance);
-        let sources = sources::find(pixels, luminance, &self.geometry, &self.neighbourhood, &self.settings);
+        let mut sources = sources::find(found.pixels, found.luminance, &self.geometry, &self.neighbourhood, &self.settings);
+        let frame = self.settings.convention.frame(&self.geometry);
+        let shine = discs.iter().filter(|d| d.is_source(&frame, threshold, &self.settings));
+        sources.extend(shine.map(|d| d.source(&frame, &self.settings)));
         index::judge(totals, task_luminance, threshold, sources, vertical_illuminance, &self.settings)
     }
 
@@ -271,5 +302,7 @@ fn check_settings(settings: &Settings) -> Result<()> {
     settings.dgp.check()
 }
 
+#[cfg(test)]
+mod disc_tests;
 #[cfg(test)]
 mod tests;

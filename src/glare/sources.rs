@@ -12,11 +12,12 @@ use super::{Convention, Settings};
 /// A glare source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Source {
-    /// Its pixels, ascending.
+    /// Its pixels, ascending; none of a [disc](super::Disc).
     pub pixels: Vec<u32>,
-    /// Column of its centroid weighted by luminance and solid angle, from the left, from 0.
+    /// Column of its centroid weighted by luminance and solid angle, from the left, from 0; not a number
+    /// for a disc.
     pub x: f64,
-    /// Row of its centroid from the bottom, from 0.
+    /// Row of its centroid from the bottom, from 0; not a number for a disc.
     pub y: f64,
     /// Unit vector to it.
     pub direction: [f64; 3],
@@ -34,7 +35,7 @@ pub struct Source {
     pub sigma: f64,
     /// Angle from upwards, degrees.
     pub tau: f64,
-    /// Whether it was taken out of another source for its luminance.
+    /// Whether it was taken out of another source for its luminance, or is a disc.
     pub is_peak: bool,
 }
 

@@ -1,40 +1,89 @@
 //! Camera and eye do not see the sun as a sharp disc: its light is spread by a Gaussian.
 
+use super::Disc;
 use super::geometry::{PixelGeometry, cross, dot, normalise};
 use crate::error::{Error, Result};
-use crate::units::SUN_DIAMETER_DEG;
-
-/// Full width at half maximum of the spread, degrees: the sun's diameter.
-pub const SUN_SPREAD_DEG: f64 = SUN_DIAMETER_DEG;
+use crate::units::cap_solid_angle;
 
 /// Standard deviations to which the Gaussian is followed.
 const REACH: f64 = 4.0;
 
-/// Adds a point source of `flux` = luminance × solid angle (cd/m²·sr) in `direction` (unit vector),
-/// spread by a Gaussian of full width at half maximum `fwhm_deg`. Σ L·ω over the picture grows by
-/// exactly `flux`, also where the Gaussian is narrower than a pixel; a source at the view's rim
-/// keeps all of its light inside. Outside the view nothing is added; returns whether it was.
+/// Steps of the integrals over a disc and over what it is spread to.
+const STEPS: usize = 64;
+
+/// What a Gaussian of full width at half maximum `fwhm_deg` makes of a disc, as [`spread_peaks`] does in the
+/// limit of fine pixels: the part of at least `peak_limit` (cd/m²), then the ring around it that is brighter
+/// than `threshold`. Either may be missing; what is dimmer is no source. What is seen of the disc is spread
+/// as a round disc of the same solid angle.
 ///
 /// # Errors
-/// If the width or the flux is not a positive finite number, or the image does not fit.
-pub fn add_spread_source(luminance: &mut [f32], geometry: &PixelGeometry, direction: [f64; 3], flux: f64, fwhm_deg: f64) -> Result<bool> {
-    check(luminance, geometry, fwhm_deg)?;
-    if !(flux.is_finite() && flux >= 0.0) {
-        return Err(Error::new(format!("{flux} is not an amount of light")).field("veil"));
+/// If the width is not a number between 0 and 45 degrees.
+pub fn spread_disc(disc: &Disc, fwhm_deg: f64, peak_limit: f64, threshold: f64) -> Result<Vec<Disc>> {
+    check_width(fwhm_deg)?;
+    if disc.flux() <= 0.0 {
+        return Ok(Vec::new());
     }
-    let nearest = (0..geometry.pixel_count())
-        .filter(|&i| geometry.is_inside(i))
-        .max_by(|&a, &b| dot(geometry.directions[a], direction).total_cmp(&dot(geometry.directions[b], direction)));
-    let Some(nearest) = nearest else { return Ok(false) };
-    // Half a pixel's diagonal beyond the nearest centre is outside.
-    let apart = dot(geometry.directions[nearest], direction).clamp(-1.0, 1.0).acos();
-    if apart > geometry.solid_angles[nearest].sqrt() {
-        return Ok(false);
+    let profile = Profile { radius: (disc.solid_angle / std::f64::consts::PI).sqrt(), sigma: sigma(fwhm_deg), luminance: disc.luminance };
+    let part = |[from, to]: [f64; 2]| {
+        let solid_angle = cap_solid_angle(to) - cap_solid_angle(from);
+        let step = (to - from) / STEPS as f64;
+        let rings = (0..STEPS).map(|i| from + (i as f64 + 0.5) * step);
+        let flux: f64 = rings.map(|t| profile.at(t) * std::f64::consts::TAU * t.sin() * step).sum();
+        (solid_angle > 0.0).then(|| Disc { luminance: flux / solid_angle, solid_angle, ..*disc })
+    };
+    let core = profile.radius_of(peak_limit.max(threshold));
+    let ring = profile.radius_of(threshold);
+    Ok([[0.0, core], [core, ring]].into_iter().filter_map(part).collect())
+}
+
+/// A uniform disc under a Gaussian.
+struct Profile {
+    /// Radius of the disc, rad.
+    radius: f64,
+    /// Standard deviation of the Gaussian, rad.
+    sigma: f64,
+    /// Luminance of the disc, cd/m².
+    luminance: f64,
+}
+
+impl Profile {
+    /// Luminance at an angle from the centre, cd/m²: the disc's rings, each over the Gaussian's part around
+    /// the axis, e^(−(r² + t²)/2σ²) I₀(rt/σ²).
+    fn at(&self, t: f64) -> f64 {
+        let (s, reach) = (self.sigma, 8.0 * self.sigma);
+        let (from, to) = ((t - reach).max(0.0), (t + reach).min(self.radius));
+        if to <= from {
+            return 0.0;
+        }
+        let step = (to - from) / STEPS as f64;
+        let ring = |r: f64| r / (s * s) * (-0.5 * ((r - t) / s).powi(2)).exp() * scaled_bessel(r * t / (s * s));
+        self.luminance * step * (0..STEPS).map(|i| ring(from + (i as f64 + 0.5) * step)).sum::<f64>()
     }
-    for (i, share) in spread(geometry, nearest, direction, fwhm_deg) {
-        luminance[i] += (flux * share) as f32;
+
+    /// Angle up to which the luminance is at least so much; 0 if nowhere.
+    fn radius_of(&self, luminance: f64) -> f64 {
+        if self.at(0.0) < luminance {
+            return 0.0;
+        }
+        let (mut inside, mut outside) = (0.0, (self.radius + 8.0 * self.sigma).min(std::f64::consts::FRAC_PI_2));
+        for _ in 0..40 {
+            let middle = (inside + outside) / 2.0;
+            *(if self.at(middle) >= luminance { &mut inside } else { &mut outside }) = middle;
+        }
+        inside
     }
-    Ok(true)
+}
+
+/// e^(−x) I₀(x) for x ≥ 0 (Abramowitz and Stegun 9.8.1 and 9.8.2, to 2·10⁻⁷).
+fn scaled_bessel(x: f64) -> f64 {
+    let series = |coefficients: &[f64], t: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * t + c);
+    if x < 3.75 {
+        let of = [1.0, 3.515_622_9, 3.089_942_4, 1.206_749_2, 0.265_973_2, 0.036_076_8, 0.004_581_3];
+        return series(&of, (x / 3.75).powi(2)) * (-x).exp();
+    }
+    let of =
+        [0.398_942_28, 0.013_285_92, 0.002_253_19, -0.001_575_65, 0.009_162_81, -0.020_577_06, 0.026_355_37, -0.016_476_33, 0.003_923_77];
+    series(&of, 3.75 / x) / x.sqrt()
 }
 
 /// Spreads the light of all pixels of at least `limit` (cd/m²), each by a Gaussian of full width at
@@ -63,15 +112,24 @@ fn check(luminance: &[f32], geometry: &PixelGeometry, fwhm_deg: f64) -> Result<(
     if luminance.len() != geometry.pixel_count() {
         return Err(Error::new(format!("{} luminances do not fit {} pixels", luminance.len(), geometry.pixel_count())));
     }
+    check_width(fwhm_deg)
+}
+
+fn check_width(fwhm_deg: f64) -> Result<()> {
     if !(fwhm_deg > 0.0 && fwhm_deg < 45.0) {
         return Err(Error::new(format!("{fwhm_deg} is not a width between 0 and 45 degrees")).field("veil"));
     }
     Ok(())
 }
 
+/// Standard deviation of a Gaussian, rad.
+fn sigma(fwhm_deg: f64) -> f64 {
+    fwhm_deg.to_radians() / (8.0 * std::f64::consts::LN_2).sqrt()
+}
+
 /// Pixels and their luminance per unit of flux: weights normalised so that Σ weight·ω = 1.
 fn spread(geometry: &PixelGeometry, nearest: usize, direction: [f64; 3], fwhm_deg: f64) -> Vec<(usize, f64)> {
-    let sigma = fwhm_deg.to_radians() / (8.0 * std::f64::consts::LN_2).sqrt();
+    let sigma = sigma(fwhm_deg);
     let (x, y) = (nearest % geometry.width, nearest / geometry.width);
     let mut weights = Vec::new();
     // Rings of pixels around the nearest one, until a ring lies wholly beyond reach.

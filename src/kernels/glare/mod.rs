@@ -33,6 +33,7 @@ pub use stack::{InMemory, PixelSource, Stack, StackOptions};
 pub use year::{HourGlare, ReadyView, Year, year};
 
 use crate::error::Result;
+use crate::glare::Disc;
 use crate::gpu::{Device, DeviceKind, Registered};
 use crate::matrix::Matrix;
 use crate::units::ILLUMINANCE_WEIGHTS;
@@ -45,12 +46,22 @@ pub fn registered() -> Vec<Registered> {
 
 /// Light that is added to the pictures of some hours, such as that of the sun itself.
 pub trait Additions: Sync {
-    /// Appends the pixels with additional light in the `hour`-th column of the coefficients, ascending, and
-    /// tells by how much they err together.
+    /// What is added in the `hour`-th column of the coefficients.
     ///
     /// # Errors
     /// Whatever prevents it.
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise>;
+    fn of_hour(&self, hour: usize) -> Result<Added>;
+}
+
+/// Light that is added to a picture.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Added {
+    /// Pixels with additional light, ascending.
+    pub pixels: Vec<AddedLight>,
+    /// By how much they err together.
+    pub shared: SharedNoise,
+    /// Discs of the sun, which are sources of their own: their light is not in `pixels`.
+    pub discs: Vec<Disc>,
 }
 
 /// Additional light in a pixel.

@@ -10,8 +10,8 @@ use super::blocks::Blocks;
 use super::stack::Stack;
 use super::year::{Light, Year};
 use crate::error::{Error, Result};
-use crate::glare::Glare;
 use crate::glare::index::DgpModel;
+use crate::glare::{Glare, GlarePixels as Found};
 use crate::matrix::Matrix;
 use crate::units::ILLUMINANCE_WEIGHTS;
 use std::collections::BTreeMap;
@@ -123,6 +123,8 @@ impl Batches {
 pub(super) struct Slopes {
     /// Change of DGP per lx at the eye.
     by_illuminance: f64,
+    /// Change of DGP per unit of its contrast sum.
+    by_contrast: f64,
     /// Block and its part: change of DGP per cd/m² of the block's mean luminance.
     by_block: Vec<(usize, f64)>,
     /// Pixels of sources: change of DGP per cd/m² of the pixel's luminance.
@@ -131,11 +133,12 @@ pub(super) struct Slopes {
     crossing: f64,
 }
 
-/// Pixels above the threshold, ascending, and their luminance.
-#[derive(Clone, Copy)]
-pub(super) struct Found<'a> {
-    pub pixels: &'a [u32],
-    pub luminance: &'a [f32],
+/// What one standard error more of a disc changes.
+pub(super) struct DiscChange {
+    /// Light at the eye, lx.
+    pub illuminance: f64,
+    /// DGP's contrast sum.
+    pub contrast: f64,
 }
 
 impl Slopes {
@@ -177,22 +180,24 @@ impl Slopes {
                 crossing += 2.0 * below * (1.0 - below) * change * change;
             }
         }
-        Self { by_illuminance, by_block: weights.into_iter().collect(), by_pixel, crossing }
+        Self { by_illuminance, by_contrast, by_block: weights.into_iter().collect(), by_pixel, crossing }
     }
 
     /// The variance of DGP in an hour.
-    pub fn variance(&self, stack: &Stack<'_>, light: &Light<'_>, is_given: bool, request: &Year<'_>) -> f64 {
+    pub fn variance(&self, stack: &Stack<'_>, light: &Light<'_>, discs: &[DiscChange], is_given: bool, request: &Year<'_>) -> f64 {
         let own = if is_given { 0.0 } else { self.by_illuminance };
         let (batches, noise) = (request.batches, request.noise);
-        let Light { hour, coefficients, added, shared } = *light;
+        let Light { hour, coefficients, added } = *light;
         // A pixel lights the eye and belongs to a source: its two effects go together, pixels do not.
         let cosines = &stack.analyser().geometry().projected_solid_angles;
         let by_added = |a: &AddedLight| {
             let slope = own * cosines[a.pixel as usize] + self.by_pixel.get(&a.pixel).copied().unwrap_or(0.0);
             (slope * f64::from(a.error)).powi(2)
         };
-        let mut variance = self.crossing + added.iter().filter(|a| a.error > 0.0).map(by_added).sum::<f64>();
-        variance += shared.variance(own, &self.by_block, &stack.blocks);
+        let mut variance = self.crossing + added.pixels.iter().filter(|a| a.error > 0.0).map(by_added).sum::<f64>();
+        variance += added.shared.variance(own, &self.by_block, &stack.blocks);
+        // A disc, too, lights the eye and is a source at once.
+        variance += discs.iter().map(|d| (own * d.illuminance + self.by_contrast * d.contrast).powi(2)).sum::<f64>();
         if let Some(noise) = noise {
             let mut gradient: Vec<f64> = stack.rows.illuminance.iter().map(|r| own * r).collect();
             for &(block, weight) in &self.by_block {

@@ -314,7 +314,7 @@ impl<'s> Stack<'s> {
             coloured: false,
         };
         let task = self.analyser.task_pixels();
-        let task_solid_angle: f64 = task.iter().map(|&p| geometry.solid_angles[p as usize]).sum();
+        let task_solid_angle = crate::glare::disc::task_solid_angle(geometry, task);
         let mut row = vec![0.0f32; terms];
         let mut values: Vec<&[f32]> = Vec::with_capacity(parts.len());
         for left in (0..width).step_by(TILE_WIDTH) {

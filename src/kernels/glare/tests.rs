@@ -247,7 +247,8 @@ fn bits_do_not_depend_on_passes_memory_or_skipping() {
 struct Sun;
 
 impl Additions for Sun {
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
+    fn of_hour(&self, hour: usize) -> Result<Added> {
+        let mut added = Added::default();
         if hour.is_multiple_of(3) {
             let light = |i: u32| AddedLight {
                 pixel: 700 + 53 * i + hour as u32,
@@ -255,9 +256,15 @@ impl Additions for Sun {
                 error: 10.0 * (i + 1) as f32,
                 shared_error: 0.0,
             };
-            pixels.extend((0..6).map(light));
+            added.pixels.extend((0..6).map(light));
         }
-        Ok(SharedNoise::default())
+        if hour.is_multiple_of(2) {
+            let direction = [0.3, 0.8, 0.1 * hour as f64 - 0.6];
+            let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let disc = Disc { direction: direction.map(|v| v / length), luminance: 2e5 * hour as f64, solid_angle: 5e-5, error: 0.0 };
+            added.discs.push(disc);
+        }
+        Ok(added)
     }
 }
 
@@ -274,16 +281,17 @@ fn sums_of_several_terms_and_additional_light_are_pictures_too() {
     let options = StackOptions { dark_pixels: true, ..StackOptions::default() };
     let mut pictures = reference::luminance(&[(&v, &x), (&smaller, &less)]);
     for (hour, picture) in pictures.iter_mut().enumerate() {
-        let mut added = Vec::new();
-        Sun.of_hour(hour, &mut added).unwrap();
-        added.iter().for_each(|a| picture[a.pixel as usize] += f64::from(a.luminance));
+        let added = Sun.of_hour(hour).unwrap();
+        added.pixels.iter().for_each(|a| picture[a.pixel as usize] += f64::from(a.luminance));
     }
     for detector in detectors("fused glare of several terms") {
         let rights = [&x, &less];
         let request = Year { additions: Some(&Sun), ..Year::new(&rights) };
         let found = run(&*detector, &analyser, &[&v, &smaller], options, &request);
         for (hour, (found, picture)) in found.iter().zip(&pictures).enumerate() {
-            compare(&format!("{} hour {hour}", detector.description()), found, &expected(&analyser, picture));
+            let picture: Vec<f32> = picture.iter().map(|&l| l.max(0.0) as f32).collect();
+            let wanted = analyser.analyse_with_discs(&picture, &Sun.of_hour(hour).unwrap().discs, None).unwrap();
+            compare(&format!("{} hour {hour}", detector.description()), found, &wanted);
         }
         let unskipped = Year { skip: false, hours_per_pass: 4, ..request };
         assert!(bits(&run(&*detector, &analyser, &[&v, &smaller], options, &unskipped)) == bits(&found));
@@ -306,9 +314,8 @@ impl Noisy {
 }
 
 impl Additions for Noisy {
-    fn of_hour(&self, _hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
-        pixels.extend(&self.0);
-        Ok(SharedNoise::default())
+    fn of_hour(&self, _hour: usize) -> Result<Added> {
+        Ok(Added { pixels: self.0.clone(), ..Added::default() })
     }
 }
 
@@ -334,10 +341,9 @@ impl Batched {
 }
 
 impl Additions for Batched {
-    fn of_hour(&self, _hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
-        pixels.extend(&self.0);
+    fn of_hour(&self, _hour: usize) -> Result<Added> {
         // As the light of a sun twice as strong.
-        Ok(self.1.clone().times(2.0).times(0.5))
+        Ok(Added { pixels: self.0.clone(), shared: self.1.clone().times(2.0).times(0.5), discs: Vec::new() })
     }
 }
 
@@ -406,6 +412,46 @@ fn noise_of_added_light_reaches_dgp_by_the_eye_the_sources_and_the_threshold() {
     }
 }
 
+/// A disc in every hour.
+struct OneDisc(Disc);
+
+impl Additions for OneDisc {
+    fn of_hour(&self, _hour: usize) -> Result<Added> {
+        Ok(Added { discs: vec![self.0], ..Added::default() })
+    }
+}
+
+#[test]
+fn dgp_is_as_uncertain_as_the_share_of_the_sun_that_is_seen() {
+    const RUNS: usize = 400;
+    let analyser = analyser(24, 24, Settings::default());
+    let (v, x) = (view_matrix(24, 24, true, 5), hours(1, 8, 0.05));
+    let rights = [&x];
+    for (veil, given, luminance) in [(None, None, 1e8), (None, Some([900.0]), 2e7), (Some(0.533), None, 1e8), (None, None, 6e7)] {
+        let disc = Disc { direction: [0.28, 0.96, 0.0], luminance, solid_angle: 3e-5, error: 0.03 };
+        let options = StackOptions { veil, ..StackOptions::default() };
+        let of = |disc: Disc| {
+            let discs = OneDisc(disc);
+            let illuminance = given.as_ref().map(|g| &g[..]);
+            run(&Native, &analyser, &[&v], options, &Year { additions: Some(&discs), illuminance, ..Year::new(&rights) })[0]
+        };
+        let mut random = Random(77);
+        let stated = of(disc);
+        let values: Vec<f64> = (0..RUNS)
+            .map(|_| {
+                let normal = f64::from((0..12).map(|_| random.next()).sum::<f32>() - 6.0);
+                of(Disc { solid_angle: disc.solid_angle * (1.0 + disc.error * normal), ..disc }).indices.dgp
+            })
+            .collect();
+        let mean = values.iter().sum::<f64>() / RUNS as f64;
+        let seen = (values.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (RUNS - 1) as f64).sqrt();
+        println!("veil {veil:?}, Ev {given:?}: DGP {:.4} ± {:.2e}, seen {seen:.2e}", stated.indices.dgp, stated.standard_error);
+        // The spread of 400 values is known to 3.5 %.
+        assert!(seen > 1e-4 && (stated.standard_error / seen - 1.0).abs() < 0.12, "{} {seen}", stated.standard_error);
+        assert_eq!(of(Disc { error: 0.0, ..disc }).standard_error, 0.0);
+    }
+}
+
 #[test]
 fn a_veil_spreads_peaks_as_in_a_picture() {
     let settings = Settings { peak_limit: Some(20_000.0), ..Settings::default() };
@@ -423,6 +469,36 @@ fn a_veil_spreads_peaks_as_in_a_picture() {
             let wanted = analyser.analyse(&picture, None).unwrap();
             compare(&format!("{} hour {hour}", detector.description()), found, &wanted);
             spread += usize::from((plain.indices.dgp - wanted.indices.dgp).abs() > 1e-3);
+        }
+        // A disc is spread by itself, whatever the pixels, with peaks among them or without.
+        for luminance in [3e8, 1e3] {
+            let disc = Disc { direction: [0.6, 0.8, 0.0], luminance, solid_angle: 6.8e-5, error: 0.02 };
+            let discs = OneDisc(disc);
+            let request = Year { additions: Some(&discs), ..Year::new(&rights) };
+            let found = run(&*detector, &analyser, &[&v], options, &request);
+            let sharp = run(&*detector, &analyser, &[&v], StackOptions::default(), &request);
+            for (hour, (found, picture)) in found.iter().zip(reference::luminance(&[(&v, &x)])).enumerate() {
+                let mut picture: Vec<f32> = picture.iter().map(|&l| l as f32).collect();
+                crate::glare::veil::spread_peaks(&mut picture, analyser.geometry(), 20_000.0, 6.0).unwrap();
+                let parts = crate::glare::veil::spread_disc(&disc, 6.0, 20_000.0, 2000.0).unwrap();
+                assert_eq!(parts.len(), if luminance > 1e4 { 2 } else { 0 });
+                let light = disc.flux() * 0.8;
+                let (plain, with) =
+                    (analyser.analyse(&picture, None).unwrap(), analyser.analyse_with_discs(&picture, &parts, None).unwrap());
+                assert!((found.vertical_illuminance / (plain.vertical_illuminance + light) - 1.0).abs() < 1e-5, "hour {hour}");
+                assert_eq!(found.sources, with.sources.len());
+                let contrast = |g: &crate::glare::Glare| {
+                    let model = analyser.settings().dgp;
+                    model.contrast_sum(g.sources.iter().map(|s| (s.luminance, s.solid_angle, s.position_index)))
+                };
+                let dgp = analyser.settings().dgp.dgp(plain.vertical_illuminance + light, contrast(&with));
+                assert!((found.indices.dgp - dgp).abs() < 1e-5, "hour {hour}: {} {dgp}", found.indices.dgp);
+                assert!(
+                    luminance < 1e4
+                        || (found.standard_error > 0.0 && found.indices.dgp < sharp[hour].indices.dgp)
+                        || found.indices.dgp == 1.0
+                );
+            }
         }
     }
     assert!(spread > 0, "the veil changed nothing");

@@ -1,10 +1,10 @@
 //! All hours of a view, pass by pass.
 
-use super::noise::{Batches, Found, HourNoise, Slopes};
+use super::noise::{Batches, DiscChange, HourNoise, Slopes};
 use super::stack::Stack;
-use super::{AddedLight, Additions, Detector, GlarePixels, Loaded, Pass, SharedNoise, coefficients};
+use super::{Added, AddedLight, Additions, Detector, GlarePixels, Loaded, Pass, coefficients};
 use crate::error::{Error, Result};
-use crate::glare::{Glare, Indices, Totals, veil};
+use crate::glare::{Disc, Glare, GlarePixels as Found, Indices, Totals, detect, disc, veil};
 use crate::kernels::product::reference::gamma;
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
@@ -144,9 +144,7 @@ pub(super) struct Light<'a> {
     /// `[term]`
     pub coefficients: &'a [f32],
     /// What is added.
-    pub added: &'a [AddedLight],
-    /// By how much it errs as a whole.
-    pub shared: &'a SharedNoise,
+    pub added: &'a Added,
 }
 
 /// Added light as detectors want it.
@@ -179,8 +177,7 @@ impl Work<'_, '_> {
         let (stack, terms) = (self.stack, self.stack.terms());
         let all = coefficients(stack, self.request.rights, first..first + count);
         let additions = (first..first + count).into_par_iter().map(|hour| self.added(hour)).collect::<Result<Vec<_>>>()?;
-        let sums: Vec<Sums> =
-            all.par_chunks_exact(terms).zip(&additions).map(|(c, (added, _))| self.sums(c, added)).collect::<Result<_>>()?;
+        let sums: Vec<Sums> = all.par_chunks_exact(terms).zip(&additions).map(|(c, added)| self.sums(c, added)).collect::<Result<_>>()?;
         // With a veil peaks are looked for too, wherever the threshold is.
         let limit = if stack.options.veil.is_some() { self.peak_limit().next_down() } else { f64::INFINITY };
         let thresholds: Vec<f64> = sums.iter().map(|s| s.threshold.min(limit)).collect();
@@ -190,7 +187,7 @@ impl Work<'_, '_> {
         let hours: Vec<usize> = (0..count)
             .filter(|&h| {
                 let most = magnitude(&all[h * terms..(h + 1) * terms]) * (1.0 + rounding);
-                !self.request.skip || !additions[h].0.is_empty() || most > thresholds[h]
+                !self.request.skip || !additions[h].pixels.is_empty() || most > thresholds[h]
             })
             .collect();
         let pass = Pass {
@@ -198,14 +195,11 @@ impl Work<'_, '_> {
             coefficients: hours.iter().flat_map(|&h| &all[h * terms..(h + 1) * terms]).copied().collect(),
             thresholds: hours.iter().map(|&h| thresholds[h]).collect(),
             margins: hours.iter().map(|&h| rounding * magnitude(&all[h * terms..(h + 1) * terms])).collect(),
-            additions: hours.iter().map(|&h| lit(&additions[h].0)).collect(),
+            additions: hours.iter().map(|&h| lit(&additions[h].pixels)).collect(),
             skip: self.request.skip,
         };
         let parts = if hours.is_empty() { Vec::new() } else { self.detect(&pass)? };
-        let of = |h: usize| {
-            let (added, shared) = &additions[h];
-            Light { hour: first + h, coefficients: &all[h * terms..(h + 1) * terms], added, shared }
-        };
+        let of = |h: usize| Light { hour: first + h, coefficients: &all[h * terms..(h + 1) * terms], added: &additions[h] };
         let place: Vec<Option<usize>> = (0..count).map(|h| hours.binary_search(&h).ok()).collect();
         let judged: Vec<(HourGlare, bool)> = (0..count)
             .into_par_iter()
@@ -214,11 +208,11 @@ impl Work<'_, '_> {
                 let has_peaks = stack.options.veil.is_some() && luminance.iter().any(|&l| f64::from(l) >= self.peak_limit());
                 if has_peaks {
                     // Judged below, from the whole picture.
-                    return (self.hour(of(h), &sums[h], &[], &[]), true);
+                    return self.hour(of(h), &sums[h], &[], &[]).map(|glare| (glare, true));
                 }
-                (self.hour(of(h), &sums[h], &pixels, &luminance), false)
+                self.hour(of(h), &sums[h], &pixels, &luminance).map(|glare| (glare, false))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let veiled: Vec<usize> = (0..count).filter(|&h| judged[h].1).collect();
         let mut results: Vec<HourGlare> = judged.into_iter().map(|(glare, _)| glare).collect();
         for hours in veiled.chunks(WHOLE_PICTURES) {
@@ -227,7 +221,7 @@ impl Work<'_, '_> {
                 coefficients: hours.iter().flat_map(|&h| &all[h * terms..(h + 1) * terms]).copied().collect(),
                 thresholds: vec![f64::NEG_INFINITY; hours.len()],
                 margins: vec![0.0; hours.len()],
-                additions: hours.iter().map(|&h| lit(&additions[h].0)).collect(),
+                additions: hours.iter().map(|&h| lit(&additions[h].pixels)).collect(),
                 skip: false,
             };
             let parts = self.detect(&whole)?;
@@ -235,7 +229,7 @@ impl Work<'_, '_> {
                 .into_par_iter()
                 .map(|at| {
                     let (pixels, luminance) = joined(&parts, at);
-                    self.veiled_hour(of(hours[at]), &pixels, &luminance)
+                    self.veiled_hour(of(hours[at]), &sums[hours[at]], &pixels, &luminance)
                 })
                 .collect::<Result<_>>()?;
             hours.iter().zip(veiled).for_each(|(&h, glare)| results[h] = glare);
@@ -247,28 +241,26 @@ impl Work<'_, '_> {
         self.stack.analyser().settings().peak_limit.unwrap_or(DEFAULT_PEAK_LIMIT)
     }
 
-    fn added(&self, hour: usize) -> Result<(Vec<AddedLight>, SharedNoise)> {
-        let (mut pixels, mut shared) = (Vec::new(), SharedNoise::default());
-        if let Some(additions) = self.request.additions {
-            shared = additions.of_hour(hour, &mut pixels)?;
-            let count = self.stack.analyser().geometry().pixel_count();
-            let sound = pixels.is_sorted_by(|a, b| a.pixel < b.pixel)
-                && pixels.iter().all(|p| (p.pixel as usize) < count && p.luminance.is_finite() && p.luminance >= 0.0)
-                && self.stack.options.dark_pixels;
-            if !sound && !pixels.is_empty() {
-                return Err(Error::new(format!("the light added in hour {hour} is not a list of pixels of the view")));
-            }
+    fn added(&self, hour: usize) -> Result<Added> {
+        let Some(additions) = self.request.additions else { return Ok(Added::default()) };
+        let added = additions.of_hour(hour)?;
+        let count = self.stack.analyser().geometry().pixel_count();
+        let sound = added.pixels.is_sorted_by(|a, b| a.pixel < b.pixel)
+            && added.pixels.iter().all(|p| (p.pixel as usize) < count && p.luminance.is_finite() && p.luminance >= 0.0)
+            && self.stack.options.dark_pixels;
+        if !sound && !added.pixels.is_empty() {
+            return Err(Error::new(format!("the light added in hour {hour} is not a list of pixels of the view")));
         }
-        Ok((pixels, shared))
+        Ok(added)
     }
 
-    fn sums(&self, coefficients: &[f32], added: &[AddedLight]) -> Result<Sums> {
+    fn sums(&self, coefficients: &[f32], added: &Added) -> Result<Sums> {
         let (rows, geometry) = (&self.stack.rows, self.stack.analyser().geometry());
         let times = |row: &[f64]| -> f64 { row.iter().zip(coefficients).map(|(r, &c)| r * f64::from(c)).sum() };
         let (mut illuminance, mut flux, mut task) = (times(&rows.illuminance), times(&rows.flux), times(&rows.task));
         let task_pixels = self.stack.analyser().task_pixels();
-        let task_solid_angle: f64 = task_pixels.iter().map(|&p| geometry.solid_angles[p as usize]).sum();
-        for &AddedLight { pixel, luminance: l, .. } in added {
+        let task_solid_angle = disc::task_solid_angle(geometry, task_pixels);
+        for &AddedLight { pixel, luminance: l, .. } in &added.pixels {
             let p = pixel as usize;
             illuminance += f64::from(l) * geometry.projected_solid_angles[p];
             flux += f64::from(l) * geometry.solid_angles[p];
@@ -276,64 +268,99 @@ impl Work<'_, '_> {
                 task += f64::from(l) * geometry.solid_angles[p] / task_solid_angle;
             }
         }
-        if !(illuminance.is_finite() && flux.is_finite()) {
-            return Err(Error::new("the light of an hour is not finite").help("look for infinite or extreme values in the input"));
-        }
         // Subtracted terms may leave a little less than nothing.
-        let totals = Totals {
+        let mut totals = Totals {
             vertical_illuminance: illuminance.max(0.0),
             average_luminance: flux.max(0.0) / geometry.total_solid_angle(),
             solid_angle: geometry.total_solid_angle(),
         };
         let settings = self.stack.analyser().settings();
-        let task = settings.task.is_some().then_some(task.max(0.0));
+        let mut task = settings.task.is_some().then_some(task.max(0.0));
+        self.stack.analyser().add_discs(&added.discs, &mut totals, &mut task);
+        if !(illuminance.is_finite() && totals.vertical_illuminance.is_finite() && totals.average_luminance.is_finite()) {
+            return Err(Error::new("the light of an hour is not finite").help("look for infinite or extreme values in the input"));
+        }
         let threshold = settings.threshold.luminance(totals.average_luminance, task);
         Ok(Sums { totals, task, threshold })
     }
 
-    fn hour(&self, light: Light<'_>, sums: &Sums, pixels: &[u32], luminance: &[f32]) -> HourGlare {
+    fn hour(&self, light: Light<'_>, sums: &Sums, pixels: &[u32], luminance: &[f32]) -> Result<HourGlare> {
         let analyser = self.stack.analyser();
         let given = self.request.illuminance.map(|all| all[light.hour]);
+        let found = Found { pixels, luminance };
+        let discs = self.shown(&light.added.discs, sums.threshold)?;
         let glare = if self.stack.options.veil.is_some() {
             let searched = analyser.searched();
             let wanted = |&(&p, &l): &(&u32, &f32)| searched[p as usize] && f64::from(l) > sums.threshold;
             let (pixels, luminance): (Vec<u32>, Vec<f32>) = pixels.iter().zip(luminance).filter(wanted).unzip();
-            analyser.judge(&sums.totals, sums.task, &pixels, &luminance, given)
+            analyser.judge(&sums.totals, sums.task, Found { pixels: &pixels, luminance: &luminance }, &discs, given)
         } else {
-            analyser.judge(&sums.totals, sums.task, pixels, luminance, given)
+            analyser.judge(&sums.totals, sums.task, found, &discs, given)
         };
-        self.result(light, Found { pixels, luminance }, &glare, given)
+        self.result(light, found, &glare, given)
     }
 
     /// Peaks spread, from all pixels of the picture.
-    fn veiled_hour(&self, light: Light<'_>, pixels: &[u32], luminance: &[f32]) -> Result<HourGlare> {
+    fn veiled_hour(&self, light: Light<'_>, sums: &Sums, pixels: &[u32], luminance: &[f32]) -> Result<HourGlare> {
         let analyser = self.stack.analyser();
-        let mut picture = vec![0.0f32; analyser.geometry().pixel_count()];
+        let geometry = analyser.geometry();
+        let mut picture = vec![0.0f32; geometry.pixel_count()];
         pixels.iter().zip(luminance).for_each(|(&p, &l)| picture[p as usize] = l.max(0.0));
         if let Some(width) = self.stack.options.veil {
-            veil::spread_peaks(&mut picture, analyser.geometry(), self.peak_limit(), width)?;
+            veil::spread_peaks(&mut picture, geometry, self.peak_limit(), width)?;
         }
         let given = self.request.illuminance.map(|all| all[light.hour]);
-        let glare = analyser.analyse(&picture, given)?;
+        // The veil moves light, so that the sums without discs are the picture's.
+        let mut totals = geometry.totals(&picture)?;
+        let mut task = sums.task.map(|_| geometry.mean_luminance(&picture, analyser.task_pixels()));
+        analyser.add_discs(&light.added.discs, &mut totals, &mut task);
+        let threshold = analyser.settings().threshold.luminance(totals.average_luminance, task);
+        let glaring = detect::glare_pixels(&picture, analyser.searched(), threshold);
+        let values: Vec<f32> = glaring.iter().map(|&p| picture[p as usize]).collect();
+        let discs = self.shown(&light.added.discs, threshold)?;
+        let glare = analyser.judge(&totals, task, Found { pixels: &glaring, luminance: &values }, &discs, given);
         // Spread light is not that of single pixels.
-        Ok(self.result(light, Found { pixels: &[], luminance: &[] }, &glare, given))
+        self.result(light, Found { pixels: &[], luminance: &[] }, &glare, given)
     }
 
-    fn result(&self, light: Light<'_>, found: Found<'_>, glare: &Glare, given: Option<f64>) -> HourGlare {
+    /// Discs as the eye sees them: spread, if there is a veil.
+    fn shown(&self, discs: &[Disc], threshold: f64) -> Result<Vec<Disc>> {
+        let Some(width) = self.stack.options.veil else { return Ok(discs.to_vec()) };
+        let spread = discs.iter().map(|d| veil::spread_disc(d, width, self.peak_limit(), threshold));
+        Ok(spread.collect::<Result<Vec<_>>>()?.concat())
+    }
+
+    /// What one standard error more of each disc changes.
+    fn disc_changes(&self, discs: &[Disc], threshold: f64) -> Result<Vec<DiscChange>> {
+        let analyser = self.stack.analyser();
+        let (settings, frame) = (analyser.settings(), &analyser.geometry().frame);
+        let judged = settings.convention.frame(analyser.geometry());
+        let contrast = |d: Disc| self.shown(&[d], threshold).map(|shown| disc::contrast(&shown, &judged, threshold, settings).0);
+        let change = |d: &Disc| {
+            let more = d.with_more_seen();
+            let illuminance = more.illuminance(frame) - d.illuminance(frame);
+            Ok(DiscChange { illuminance, contrast: contrast(more)? - contrast(*d)? })
+        };
+        discs.iter().filter(|d| d.error > 0.0).map(change).collect()
+    }
+
+    fn result(&self, light: Light<'_>, found: Found<'_>, glare: &Glare, given: Option<f64>) -> Result<HourGlare> {
         let ev = given.unwrap_or(glare.vertical_illuminance);
         let mut standard_error = 0.0;
+        let discs = self.disc_changes(&light.added.discs, glare.threshold)?;
         let is_noisy = self.request.batches.is_some()
             || self.request.noise.is_some()
-            || light.shared.batches > 1
-            || light.added.iter().any(|a| a.error > 0.0);
+            || light.added.shared.batches > 1
+            || !discs.is_empty()
+            || light.added.pixels.iter().any(|a| a.error > 0.0);
         if is_noisy && ev > 0.0 {
             let model = &self.stack.analyser().settings().dgp;
-            let slopes = Slopes::new(glare, ev, model, self.stack, light.added, found);
-            let variance = slopes.variance(self.stack, &light, given.is_some(), self.request);
+            let slopes = Slopes::new(glare, ev, model, self.stack, &light.added.pixels, found);
+            let variance = slopes.variance(self.stack, &light, &discs, given.is_some(), self.request);
             // Where there is hardly any light the slopes are as good as infinite; DGP spans no more than 1.
             standard_error = if variance <= 1.0 { variance.max(0.0).sqrt() } else { 1.0 };
         }
-        HourGlare {
+        Ok(HourGlare {
             indices: glare.indices,
             standard_error,
             vertical_illuminance: ev,
@@ -341,7 +368,7 @@ impl Work<'_, '_> {
             background_luminance: glare.background_luminance,
             threshold: glare.threshold,
             sources: glare.sources.len(),
-        }
+        })
     }
 }
 

@@ -33,7 +33,7 @@ mod shades;
 mod tests;
 mod tracer;
 
-use crate::units::SUN_DIAMETER_DEG;
+use crate::units::{SUN_DIAMETER_DEG, cap_solid_angle};
 use glam::DVec3;
 
 /// A sun: a disc of constant radiance.
@@ -62,9 +62,7 @@ impl Sun {
 
     /// Solid angle it counts with, sr: its disc's, or for a point that of the real sun.
     pub fn solid_angle(&self) -> f64 {
-        let radius = if self.radius == 0.0 { Self::RADIUS } else { self.radius };
-        // 2π(1 − cos r) without loss of digits.
-        4.0 * std::f64::consts::PI * (radius / 2.0).sin().powi(2)
+        cap_solid_angle(if self.radius == 0.0 { Self::RADIUS } else { self.radius })
     }
 
     /// Length of the chord from the centre to the rim on the unit sphere.

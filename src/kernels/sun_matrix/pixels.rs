@@ -14,7 +14,7 @@ mod panes;
 use super::Sun;
 use super::geometry::{Openings, SunOptions, SunTracer};
 use super::pane::{FacadePoint, PaneBsdf, PaneOptions};
-use crate::camera::{PixelSamples, Raster};
+use crate::camera::{Camera, PixelSamples, Raster};
 use crate::error::Result;
 use crate::gpu::{Buffer, Device, Kernel};
 use crate::gpu_struct;
@@ -59,14 +59,32 @@ pub(super) fn registered() -> Vec<crate::gpu::Registered> {
 /// Pixels in rising order and their values.
 pub type SparsePicture = Vec<(u32, [f32; 3])>;
 
+/// The sun's disc, or an image of it, as far as an eye sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenDisc {
+    /// Unit vector from the eye to the middle of its light.
+    pub direction: [f32; 3],
+    /// Solid angle that is seen, sr.
+    pub solid_angle: f32,
+    /// Mean radiance of what is seen per radiance of the sun's disc.
+    pub radiance: [f32; 3],
+    /// Standard error of the share that is seen, relative to it.
+    pub error: f32,
+}
+
 /// What one sun puts into a picture.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SunPicture {
-    /// Radiance per radiance of the disc.
+    /// Radiance per radiance of the disc, without the disc.
     pub pixels: SparsePicture,
+    /// The disc and its images as sources of their own, as far as they are in the picture and before the eye;
+    /// parts that are seen through slats and through panes each for itself.
+    pub discs: Vec<SeenDisc>,
+    /// The same discs on pixels.
+    pub disc_pixels: SparsePicture,
     /// Standard error of each pixel's luminance, cd/m² per W/m²sr of the disc, from the spread of the
     /// batches. Every pixel has surface points, points of the disc and paths of its own, so that
-    /// these errors are independent. Pixels of the disc itself have none.
+    /// these errors are independent.
     pub errors: Vec<f32>,
     /// The same for light that panes scatter onto surfaces, whose errors go together: all pixels see the
     /// same few points of the panes.
@@ -115,25 +133,72 @@ pub fn compute(
 ) -> Result<Vec<SunPicture>> {
     let mut pictures: Vec<Pixels> = vec![BTreeMap::new(); suns.len()];
     let mut shared = vec![SharedNoise::default(); suns.len()];
+    let mut seen = discs::Seen::of(suns.len());
     if suns.is_empty() {
         return Ok(Vec::new());
     }
+    let eye = discs::Eye::Picture(raster);
     if !models.shaded.is_empty() {
         let tracer = SunTracer::new(device, models.black, Openings::Shaded(models.shaded), &[], suns, &options.slats)?;
         between_slats(device, models, raster, &tracer, progress, statistics, &mut pictures)?;
-        let way = discs::Way { tracer: &tracer, filter: &|_, _| [1.0; 3], images: true };
-        discs::add(device, raster, &way, suns, statistics, &mut pictures)?;
+        discs::add(device, eye, &between(models, &tracer), suns, options.slats.seed, statistics, &mut seen)?;
     }
     if !models.panes.is_empty() {
         shared = panes::add(device, models, raster, suns, &options.panes, progress, statistics, &mut pictures)?;
+        panes::discs(device, models, eye, suns, &options.panes, statistics, &mut seen)?;
     }
-    let whole = |(p, shared): (Pixels, SharedNoise)| SunPicture {
+    let whole = |((p, shared), discs): ((Pixels, SharedNoise), SunPicture)| SunPicture {
         errors: p.values().map(|e| e.error).collect(),
         shared_errors: p.values().map(|e| e.shared_error).collect(),
         pixels: p.into_iter().map(|(pixel, e)| (pixel, e.value)).collect(),
         shared,
+        ..discs
     };
-    Ok(pictures.into_iter().zip(shared).map(whole).collect())
+    Ok(pictures.into_iter().zip(shared).zip(seen.pictures()).map(whole).collect())
+}
+
+/// What an eye sees of the discs of suns, in their order, and nothing else: all that is before it.
+///
+/// # Errors
+/// As [`compute`].
+pub fn discs_at_eye(
+    device: &Device,
+    models: &Models<'_>,
+    camera: &Camera,
+    suns: &[Sun],
+    options: &PixelOptions,
+    statistics: &mut TraceStatistics,
+) -> Result<Vec<SunPicture>> {
+    let eye = discs::Eye::Hemisphere(camera);
+    let mut seen = discs::Seen::of(suns.len());
+    if !models.shaded.is_empty() && !suns.is_empty() {
+        let tracer = SunTracer::new(device, models.black, Openings::Shaded(models.shaded), &[], suns, &options.slats)?;
+        discs::add(device, eye, &between(models, &tracer), suns, options.slats.seed, statistics, &mut seen)?;
+    }
+    if !models.panes.is_empty() && !suns.is_empty() {
+        panes::discs(device, models, eye, suns, &options.panes, statistics, &mut seen)?;
+    }
+    Ok(seen.pictures())
+}
+
+/// The way to suns between slats.
+fn between<'a>(models: &Models<'a>, tracer: &'a SunTracer<'a>) -> discs::Way<'a> {
+    discs::Way { tracer, filter: &|_, _| [1.0; 3], openings: models.shaded, images: true }
+}
+
+impl SunPicture {
+    /// All of the sun's light on pixels, as written pictures have it.
+    pub fn with_disc(self) -> SparsePicture {
+        if self.disc_pixels.is_empty() {
+            return self.pixels;
+        }
+        let mut all: BTreeMap<u32, [f32; 3]> = self.pixels.into_iter().collect();
+        for (pixel, value) in self.disc_pixels {
+            let sum = all.entry(pixel).or_default();
+            (0..3).for_each(|c| sum[c] += value[c]);
+        }
+        all.into_iter().collect()
+    }
 }
 
 /// What is known of a pixel.

@@ -324,11 +324,16 @@ fn a_picture_holds_the_disc_and_the_patch_that_the_sun_lights() {
         let omega = crate::glare::PixelGeometry::new(&raster).unwrap().projected_solid_angles;
         let direction = |pixel: usize| raster.ray(pixel % raster.width(), pixel / raster.width()).unwrap().direction;
         let above = |p: &&(u32, [f32; 3])| direction(p.0 as usize).z > 0.0;
-        let disc: f64 = pictures[0].pixels.iter().filter(above).map(|(p, v)| f64::from(v[1]) * omega[*p as usize]).sum();
+        let disc: f64 = pictures[0].disc_pixels.iter().map(|(p, v)| f64::from(v[1]) * omega[*p as usize]).sum();
         // Its illuminance at the eye, wherever in a pixel it stands.
         let whole = -suns[0].direction.y * suns[0].solid_angle();
         assert!((disc / whole - 1.0).abs() < 1e-3, "{size}: {disc:e} of {whole:e}");
-        assert_eq!(pictures[1].pixels.iter().filter(above).count(), 0, "the high sun is hidden by the lintel");
+        assert!(pictures[1].disc_pixels.is_empty() && pictures[1].discs.is_empty(), "the high sun is hidden by the lintel");
+        assert!(pictures.iter().all(|p| p.pixels.iter().filter(above).count() == 0), "the disc is beside the pixels");
+        // As a source it is whole, as bright as the sun, and where the sun is.
+        let [seen] = pictures[0].discs[..] else { panic!("{:?}", pictures[0].discs) };
+        assert!((f64::from(seen.solid_angle) / suns[0].solid_angle() - 1.0).abs() < 1e-6 && seen.radiance == [1.0; 3]);
+        assert!((DVec3::from(seen.direction.map(f64::from)) - suns[0].direction).length() < 1e-4 && seen.error < 1e-9);
         for (sun, picture) in suns.iter().zip(&pictures) {
             let bright = 0.4 / std::f64::consts::PI * sun.solid_angle() * sun.direction.z;
             // Where the floor's point sees the sun's centre through the window, well inside.

@@ -14,7 +14,6 @@ use crate::error::{Error, Result};
 use crate::files::AtomicFile;
 use crate::image::hdr::{self, Exposure};
 use crate::image::series::{Pattern, PictureSet, SetWriter};
-use crate::kernels::glare::SharedNoise;
 use crate::kernels::sun_matrix::pixels::SunPicture;
 use crate::matrix::file::write_float_header;
 use crate::matrix::rows::MatrixRows;
@@ -121,7 +120,8 @@ impl<'a> SunsGiven<'a> {
         let lit = |v: &[f32; 3]| v.iter().any(|c| *c > 0.0);
         let pixels: Vec<_> = (0u32..).zip(picture.pixels).filter(|(_, v)| lit(v)).collect();
         let none = vec![0.0; pixels.len()];
-        Ok(SunPicture { pixels, errors: none.clone(), shared_errors: none, shared: SharedNoise::default() })
+        // The disc is where the renderer put it.
+        Ok(SunPicture { pixels, errors: none.clone(), shared_errors: none, ..SunPicture::default() })
     }
 }
 

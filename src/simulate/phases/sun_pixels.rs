@@ -3,10 +3,12 @@
 
 use super::picture_sets;
 use super::sun::add_scattering_data;
+use crate::camera::{Camera, Raster};
 use crate::error::{Error, Result};
 use crate::kernels::sun_matrix::Sun;
 use crate::kernels::sun_matrix::pixels::{self, Models};
 use crate::kernels::trace::TraceStatistics;
+use crate::progress::Progress;
 use crate::simulate::context::Context;
 use crate::simulate::inputs::shade::{add, black_model};
 use crate::simulate::inputs::suns::SunSet;
@@ -21,6 +23,26 @@ use std::path::Path;
 const GROUP_BYTES: usize = 1 << 28;
 const PIXEL_BYTES: usize = 64;
 
+/// Most suns that are traced together.
+const MOST_SUNS: usize = 256;
+
+/// For whom suns are traced.
+pub enum Shown {
+    /// All that they do to a picture.
+    Picture(Raster),
+    /// Their discs, for an eye.
+    Discs(Camera),
+}
+
+impl Shown {
+    fn pixels(&self) -> usize {
+        match self {
+            Self::Picture(raster) => raster.len(),
+            Self::Discs(_) => 0,
+        }
+    }
+}
+
 /// Pictures of all suns that `hours` need, or those of an earlier run if their inputs are the same.
 ///
 /// # Errors
@@ -29,10 +51,10 @@ pub fn sun_pictures(
     context: &Context<'_>,
     suns: &SunSet,
     view: &ViewSection,
+    shown: &Shown,
     hours: &[usize],
     statistics: &mut TraceStatistics,
 ) -> Result<SunPictures> {
-    let raster = &view.raster()?;
     let mut inputs = context.scene_fingerprint("C of pictures");
     for window in &context.inputs.windows {
         inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
@@ -42,9 +64,19 @@ pub fn sun_pictures(
     needed.sort_unstable();
     needed.dedup();
     let options = sun_picture_options(context.project);
-    inputs.add(raster).add(&options).add(&suns.suns).add(&suns.hours);
-    let path = context.store.sun_pictures_path(&view.name);
-    if let Some(given) = &view.given.sun {
+    let name = match shown {
+        Shown::Picture(raster) => {
+            inputs.add(raster);
+            view.name.clone()
+        }
+        Shown::Discs(camera) => {
+            inputs.add(camera);
+            format!("{}_eye", view.name)
+        }
+    };
+    inputs.add(&options).add(&suns.suns).add(&suns.hours);
+    let path = context.store.sun_pictures_path(&name);
+    if let (Shown::Picture(raster), Some(given)) = (shown, &view.given.sun) {
         let pictures = picture_sets::SunsGiven::open(given, suns, raster)?;
         write(&path, suns, "imported", [raster.len(), needed.len()], &mut |out, fault| {
             needed.iter().try_for_each(|&number| write_picture(out, number, &pictures.read(number)?).map_err(fault))
@@ -67,12 +99,18 @@ pub fn sun_pictures(
     let panes = context.inputs.pane_windows();
     let first_shade = context.inputs.scene.materials.len() as u32;
     let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded, panes: &panes };
-    let group = (GROUP_BYTES / (raster.len() * PIXEL_BYTES)).clamp(1, 256);
-    write(&path, suns, &inputs.to_string(), [raster.len(), needed.len()], &mut |out, fault| {
+    let group = (GROUP_BYTES / (shown.pixels() * PIXEL_BYTES).max(1)).clamp(1, MOST_SUNS);
+    write(&path, suns, &inputs.to_string(), [shown.pixels(), needed.len()], &mut |out, fault| {
         for (part, numbers) in needed.chunks(group).enumerate() {
             let traced: Vec<Sun> = numbers.iter().map(|&n| suns.suns[n]).collect();
             let stage = Part::of(context.progress, part, needed.len().div_ceil(group));
-            let pictures = pixels::compute(context.device, &models, raster, &traced, &options, &stage, statistics)?;
+            let pictures = match shown {
+                Shown::Picture(raster) => pixels::compute(context.device, &models, raster, &traced, &options, &stage, statistics)?,
+                Shown::Discs(camera) => {
+                    stage.update("the sun's disc at the eye", 0.0);
+                    pixels::discs_at_eye(context.device, &models, camera, &traced, &options, statistics)?
+                }
+            };
             numbers.iter().zip(pictures).try_for_each(|(number, picture)| write_picture(out, *number, &picture).map_err(fault))?;
         }
         Ok(())

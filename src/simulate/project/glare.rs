@@ -15,6 +15,9 @@
 //! veil = 0.533                # spread of peaks by a Gaussian, full width at half maximum, degrees
 //! occupied = [8, 18]          # hours of the day that count, from … to
 //! ```
+//!
+//! The disc of a traced sun is a source of its own with every method that has sources, whatever `peaks` says,
+//! if it is brighter than the threshold; a veil spreads it as it spreads pixels.
 
 use super::table::Table;
 use crate::error::Result;

@@ -16,7 +16,7 @@ use crate::simulate::multiply::lit_columns;
 use crate::simulate::phases::picture_sets;
 use crate::simulate::phases::pixels::ViewJob;
 use crate::simulate::phases::sampled::Sampled;
-use crate::simulate::phases::sun_pixels::sun_pictures;
+use crate::simulate::phases::sun_pixels::{Shown, sun_pictures};
 use crate::simulate::plan::presets::{SHARE_OF_VIEW, image_options};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::views::{ImageHours, ViewSection};
@@ -116,7 +116,7 @@ pub fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, war
             // The suns of all hours at once, if glare or their pictures will need them.
             let glare = project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
             let needed = if glare || components { lit_columns(sky) } else { hours.clone() };
-            let found = sun_pictures(context, &traced.set, view, &needed, &mut statistics)?;
+            let found = sun_pictures(context, &traced.set, view, &Shown::Picture(view.raster()?), &needed, &mut statistics)?;
             let (seconds, rays) = (clock.elapsed().as_secs_f64(), statistics.segments);
             ledger.seconds.sun_pictures += seconds;
             let size = [view.raster()?.len(), found.suns().count()];

@@ -2,15 +2,16 @@
 //!
 //! | part | bytes | kept to |
 //! |---|---|---|
-//! | numbers of pixels | some per run of neighbours | exactly |
+//! | numbers of pixels, those of the disc for themselves | some per run of neighbours | exactly |
 //! | radiance | 4 per pixel | 0.2 % of the pixel's largest channel, or 2⁻⁴⁰ of the picture's |
 //! | standard errors | 1 per pixel for each kind that there is | 4.5 %, and 2·10⁻⁸ of the pixel's luminance |
+//! | discs | 32 each | exactly |
 //! | [`SharedNoise`] | 5 per batch of a block, at most | 0.4 % of the block's greatest deviation |
 //!
 //! Radiance is rounded to the nearest, so that over many pixels nothing is lost or gained.
 
 use crate::kernels::glare::SharedNoise;
-use crate::kernels::sun_matrix::pixels::SunPicture;
+use crate::kernels::sun_matrix::pixels::{SeenDisc, SparsePicture, SunPicture};
 use crate::units::ILLUMINANCE_WEIGHTS;
 
 /// Bits of a channel.
@@ -27,28 +28,16 @@ const MOST_BATCHES: usize = 1 << 12;
 
 /// The bytes of a picture.
 pub(super) fn encode(picture: &SunPicture) -> Vec<u8> {
-    let pixels = &picture.pixels;
-    let mut bytes = Vec::with_capacity(64 + pixels.len() * 6);
+    let mut bytes = Vec::with_capacity(64 + picture.pixels.len() * 6);
     let kinds = [&picture.errors, &picture.shared_errors].map(|errors| errors.iter().any(|e| *e > 0.0));
     bytes.push(u8::from(kinds[0]) | u8::from(kinds[1]) << 1);
-    let runs: Vec<&[(u32, [f32; 3])]> = pixels.chunk_by(|a, b| a.0.checked_add(1) == Some(b.0)).collect();
-    write_number(&mut bytes, pixels.len() as u64);
-    write_number(&mut bytes, runs.len() as u64);
-    let mut next = 0;
-    for run in runs {
-        write_number(&mut bytes, u64::from(run[0].0 - next));
-        write_number(&mut bytes, run.len() as u64);
-        next = run[0].0 + run.len() as u32;
-    }
-    let greatest = pixels.iter().flat_map(|(_, v)| v).copied().fold(0.0, f32::max);
-    let scale = exponent(f64::from(greatest));
-    bytes.extend((scale as i16).to_le_bytes());
-    let codes: Vec<u32> = pixels.iter().map(|(_, value)| colour_code(*value, scale)).collect();
-    codes.iter().for_each(|code| bytes.extend(code.to_le_bytes()));
-    let steps = steps(scale);
+    let (codes, steps) = encode_pixels(&picture.pixels, &mut bytes);
     for (errors, _) in [&picture.errors, &picture.shared_errors].into_iter().zip(kinds).filter(|(_, there)| *there) {
         bytes.extend(codes.iter().zip(errors).map(|(code, error)| error_code(f64::from(*error), luminance(colour(*code, &steps)))));
     }
+    encode_pixels(&picture.disc_pixels, &mut bytes);
+    write_number(&mut bytes, picture.discs.len() as u64);
+    bytes.extend(picture.discs.iter().flat_map(numbers_of).flat_map(f32::to_le_bytes));
     encode_shared(&picture.shared, &mut bytes);
     bytes
 }
@@ -57,37 +46,78 @@ pub(super) fn encode(picture: &SunPicture) -> Vec<u8> {
 pub(super) fn decode(bytes: &[u8], view: usize) -> Option<SunPicture> {
     let mut rest = bytes;
     let [kinds] = take::<1>(&mut rest)?;
-    let count = usize::try_from(read_number(&mut rest)?).ok().filter(|n| *n <= view)?;
+    let pixels = decode_pixels(&mut rest, view)?;
+    let ratios: Vec<f64> = (0..256).map(ratio).collect();
+    let mut errors = |there: bool| {
+        if !there {
+            return Some(vec![0.0; pixels.len()]);
+        }
+        let found = rest.get(..pixels.len())?.iter().zip(&pixels).map(|(code, p)| (ratios[usize::from(*code)] * luminance(p.1)) as f32);
+        rest = rest.get(pixels.len()..)?;
+        Some(found.collect())
+    };
+    let (own, shared_errors) = (errors(kinds & 1 > 0)?, errors(kinds & 2 > 0)?);
+    let disc_pixels = decode_pixels(&mut rest, view)?;
+    let discs = (0..read_number(&mut rest)?).map(|_| decode_disc(&mut rest)).collect::<Option<Vec<_>>>()?;
+    let shared = decode_shared(&mut rest)?;
+    rest.is_empty().then_some(SunPicture { pixels, discs, disc_pixels, errors: own, shared_errors, shared })
+}
+
+/// Numbers and radiances of pixels. Returns the radiances' codes and steps.
+fn encode_pixels(pixels: &SparsePicture, bytes: &mut Vec<u8>) -> (Vec<u32>, Steps) {
+    let runs: Vec<&[(u32, [f32; 3])]> = pixels.chunk_by(|a, b| a.0.checked_add(1) == Some(b.0)).collect();
+    write_number(bytes, pixels.len() as u64);
+    write_number(bytes, runs.len() as u64);
+    let mut next = 0;
+    for run in runs {
+        write_number(bytes, u64::from(run[0].0 - next));
+        write_number(bytes, run.len() as u64);
+        next = run[0].0 + run.len() as u32;
+    }
+    let greatest = pixels.iter().flat_map(|(_, v)| v).copied().fold(0.0, f32::max);
+    let scale = exponent(f64::from(greatest));
+    bytes.extend((scale as i16).to_le_bytes());
+    let codes: Vec<u32> = pixels.iter().map(|(_, value)| colour_code(*value, scale)).collect();
+    codes.iter().for_each(|code| bytes.extend(code.to_le_bytes()));
+    (codes, steps(scale))
+}
+
+fn decode_pixels(rest: &mut &[u8], view: usize) -> Option<SparsePicture> {
+    let count = usize::try_from(read_number(rest)?).ok().filter(|n| *n <= view)?;
     let mut numbers: Vec<u32> = Vec::with_capacity(count);
     let mut next = 0u64;
-    for _ in 0..read_number(&mut rest)? {
-        let first = next.checked_add(read_number(&mut rest)?)?;
-        next = first.checked_add(read_number(&mut rest)?).filter(|n| *n <= view as u64)?;
+    for _ in 0..read_number(rest)? {
+        let first = next.checked_add(read_number(rest)?)?;
+        next = first.checked_add(read_number(rest)?).filter(|n| *n <= view as u64)?;
         numbers.extend(first as u32..next as u32);
         if numbers.len() > count {
             return None;
         }
     }
-    let scale = i32::from(i16::from_le_bytes(take(&mut rest)?));
+    let scale = i32::from(i16::from_le_bytes(take(rest)?));
     let steps = steps(scale);
     let codes = rest.get(..count.checked_mul(4)?)?.as_chunks().0;
-    let values: Vec<[f32; 3]> = codes.iter().map(|code| colour(u32::from_le_bytes(*code), &steps)).collect();
-    rest = rest.get(count * 4..)?;
-    let ratios: Vec<f64> = (0..256).map(ratio).collect();
-    let mut errors = |there: bool| {
-        if !there {
-            return Some(vec![0.0; count]);
-        }
-        let found = rest.get(..count)?.iter().zip(&values).map(|(code, v)| (ratios[usize::from(*code)] * luminance(*v)) as f32);
-        rest = rest.get(count..)?;
-        Some(found.collect())
-    };
-    let (own, shared_errors) = (errors(kinds & 1 > 0)?, errors(kinds & 2 > 0)?);
-    let shared = decode_shared(&mut rest)?;
-    if numbers.len() != count || !rest.is_empty() {
-        return None;
+    *rest = &rest[count * 4..];
+    let values = codes.iter().map(|code| colour(u32::from_le_bytes(*code), &steps));
+    (numbers.len() == count).then(|| numbers.into_iter().zip(values).collect())
+}
+
+/// Numbers of a disc.
+const OF_DISC: usize = 8;
+
+fn numbers_of(disc: &SeenDisc) -> [f32; OF_DISC] {
+    let SeenDisc { direction: [x, y, z], solid_angle, radiance: [r, g, b], error } = *disc;
+    [x, y, z, solid_angle, r, g, b, error]
+}
+
+fn decode_disc(rest: &mut &[u8]) -> Option<SeenDisc> {
+    let mut numbers = [0.0; OF_DISC];
+    for number in &mut numbers {
+        *number = f32::from_le_bytes(take(rest)?);
     }
-    Some(SunPicture { pixels: numbers.into_iter().zip(values).collect(), errors: own, shared_errors, shared })
+    let [x, y, z, solid_angle, r, g, b, error] = numbers;
+    let sound = numbers.iter().all(|v| v.is_finite()) && numbers[3..].iter().all(|v| *v >= 0.0);
+    sound.then_some(SeenDisc { direction: [x, y, z], solid_angle, radiance: [r, g, b], error })
 }
 
 fn luminance(value: [f32; 3]) -> f64 {
@@ -118,12 +148,14 @@ fn colour_code(value: [f32; 3], scale: i32) -> u32 {
     r | g << MANTISSA | b << (2 * MANTISSA) | (shift as u32) << (3 * MANTISSA)
 }
 
-/// Values of a step at all shifts.
-fn steps(scale: i32) -> [f64; MOST_SHIFT as usize + 1] {
+/// Values of a step of the mantissa at all shifts.
+type Steps = [f64; MOST_SHIFT as usize + 1];
+
+fn steps(scale: i32) -> Steps {
     std::array::from_fn(|shift| unit(scale - shift as i32))
 }
 
-fn colour(code: u32, steps: &[f64; MOST_SHIFT as usize + 1]) -> [f32; 3] {
+fn colour(code: u32, steps: &Steps) -> [f32; 3] {
     let step = steps[(code >> (3 * MANTISSA)) as usize];
     [0, 1, 2].map(|c| (f64::from((code >> (c * MANTISSA)) & 0x1ff) * step).min(f64::from(f32::MAX)) as f32)
 }
@@ -215,7 +247,16 @@ mod tests {
         let errors = pixels.iter().map(|p| error(p, &mut random)).collect();
         let shared_errors = pixels.iter().map(|p| if p.0 % 3 == 0 { 0.0 } else { error(p, &mut random) }).collect();
         let rows = [0u32, 1, 7, 300, 1024].map(|n| (n, (0..4).map(|_| (random.next() - 0.5) as f32).collect())).to_vec();
-        SunPicture { pixels, errors, shared_errors, shared: SharedNoise { batches: 4, rows } }
+        let disc = |x: f32| SeenDisc { direction: [x, 0.8, 0.0], solid_angle: 6.7e-5 * x, radiance: [0.7, x, 0.5], error: 0.01 };
+        let disc_pixels = vec![(76, [0.1, 0.2, 0.3]), (78, [0.4, 0.5, 0.6])];
+        SunPicture {
+            pixels,
+            discs: vec![disc(0.6), disc(0.3)],
+            disc_pixels,
+            errors,
+            shared_errors,
+            shared: SharedNoise { batches: 4, rows },
+        }
     }
 
     #[test]
@@ -247,6 +288,14 @@ mod tests {
             assert!(n == m && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.004 * 0.5));
         }
         assert_eq!(found.shared.rows.len(), 5);
+        assert_eq!(found.discs, wanted.discs);
+        for (a, b) in found.disc_pixels.iter().zip(&wanted.disc_pixels) {
+            assert!(a.0 == b.0 && (0..3).all(|c| (a.1[c] - b.1[c]).abs() < 0.002 * b.1[2]));
+        }
+        assert_eq!(
+            found.clone().with_disc().len(),
+            found.pixels.len() + 2 - found.pixels.iter().filter(|p| [76, 78].contains(&p.0)).count()
+        );
         // What was kept is kept exactly from then on.
         assert!(decode(&encode(&found), VIEW).unwrap().pixels == found.pixels);
     }
@@ -255,12 +304,8 @@ mod tests {
     fn extremes_and_nothing_survive() {
         let of = |values: &[[f32; 3]]| {
             let pixels: Vec<_> = (3u32..).zip(values.iter().copied()).collect();
-            let picture = SunPicture {
-                errors: vec![0.0; pixels.len()],
-                shared_errors: vec![0.0; pixels.len()],
-                pixels,
-                shared: SharedNoise::default(),
-            };
+            let picture =
+                SunPicture { errors: vec![0.0; pixels.len()], shared_errors: vec![0.0; pixels.len()], pixels, ..SunPicture::default() };
             decode(&encode(&picture), 10).unwrap().pixels.into_iter().map(|p| p.1).collect::<Vec<_>>()
         };
         assert!(of(&[]).is_empty());

@@ -1,4 +1,5 @@
-//! The file of sparse pictures of the suns of a view, `matrices/C_VIEW.suns`.
+//! The file of sparse pictures of the suns of a view, `matrices/C_VIEW.suns`. The sun's disc is kept beside
+//! its picture, for glare; of an eye without a picture (`C_VIEW_eye.suns`) it is all.
 
 use super::sun_coding::{decode, encode};
 use crate::error::{Error, Result};
@@ -12,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 /// length; the hours with their number, each its sun (from 1, 0 for none; u32) and radiance (f64);
 /// the view's number of pixels; the pictures with their number, each its sun, length in bytes, and these
 /// bytes ([`sun_coding`](super::sun_coding)).
-const MAGIC: &[u8; 8] = b"LUCSUNS4";
+const MAGIC: &[u8; 8] = b"LUCSUNS5";
 /// Bytes of an hour.
 const HOUR: usize = 12;
 /// The suns' pictures of one view.
@@ -159,20 +160,20 @@ impl SunPictures {
         self.places.keys().copied()
     }
 
-    /// What the sun adds to the picture of an hour (number of the year from 0): pixels in rising order
-    /// and RGB radiance, W/m²sr. Empty without sun.
+    /// What the sun adds to the picture of an hour (number of the year from 0), its disc included: pixels in
+    /// rising order and RGB radiance, W/m²sr. Empty without sun.
     ///
     /// # Errors
     /// A file that cannot be read any more.
     pub fn sun_picture(&self, hour: usize) -> Result<SparsePicture> {
-        Ok(self.sun_picture_with_errors(hour)?.pixels)
+        Ok(self.sun_picture_with_discs(hour)?.with_disc())
     }
 
-    /// The same with standard errors, cd/m² and lx.
+    /// The same with the discs apart, as sources of their own, and with standard errors, cd/m² and lx.
     ///
     /// # Errors
     /// As [`sun_picture`](Self::sun_picture).
-    pub fn sun_picture_with_errors(&self, hour: usize) -> Result<SunPicture> {
+    pub fn sun_picture_with_discs(&self, hour: usize) -> Result<SunPicture> {
         let Some((sun, radiance)) = self.hours.get(hour).copied().flatten() else { return Ok(SunPicture::default()) };
         if !self.places.contains_key(&sun) {
             return Err(Error::new(format!("the sun of hour {hour} was not traced")).file(&self.path));
@@ -185,7 +186,7 @@ impl SunPictures {
     /// # Errors
     /// A file that cannot be read any more.
     pub fn of_sun(&self, sun: usize, radiance: f64) -> Result<SparsePicture> {
-        Ok(self.picture(sun, radiance)?.pixels)
+        Ok(self.picture(sun, radiance)?.with_disc())
     }
 
     fn picture(&self, sun: usize, radiance: f64) -> Result<SunPicture> {
@@ -197,7 +198,8 @@ impl SunPictures {
         }
         let damaged = || Error::new("a sun's picture is damaged").file(&self.path).help("delete the file: it will be computed again");
         let mut picture = decode(&bytes, self.pixels).ok_or_else(damaged)?;
-        let values = picture.pixels.iter_mut().flat_map(|(_, value)| value);
+        let values = picture.pixels.iter_mut().chain(&mut picture.disc_pixels).flat_map(|(_, value)| value);
+        let values = values.chain(picture.discs.iter_mut().flat_map(|disc| &mut disc.radiance));
         let errors = picture.errors.iter_mut().chain(&mut picture.shared_errors);
         values.chain(errors).for_each(|v| *v = (f64::from(*v) * radiance) as f32);
         picture.shared = picture.shared.times(radiance);

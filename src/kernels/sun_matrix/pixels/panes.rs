@@ -81,14 +81,26 @@ pub(super) fn add(
             });
         }
     }
+    Ok(shared.iter().map(SharedSums::noise).collect())
+}
+
+/// Adds the discs of suns that are seen through panes.
+pub(super) fn discs(
+    device: &Device,
+    models: &Models<'_>,
+    eye: discs::Eye<'_>,
+    suns: &[Sun],
+    options: &PaneOptions,
+    statistics: &mut TraceStatistics,
+    seen: &mut discs::Seen,
+) -> Result<()> {
     // What stands in the way of the discs. The panes themselves are polygons without thickness.
-    let openings: Vec<(Window, Vec<DVec3>)> = windows.into_iter().map(|w| (w, Vec::new())).collect();
+    let openings: Vec<(Window, Vec<DVec3>)> = models.panes.iter().map(|(w, _)| (w.clone(), Vec::new())).collect();
     let plain = SunOptions { memory: options.memory, ..SunOptions::default() }.direct();
     let straight = SunTracer::new(device, models.black, Openings::Shaded(&openings), &[], suns, &plain)?;
     let filter = |origin, direction| clear_through(models.panes, origin, direction);
-    let way = discs::Way { tracer: &straight, filter: &filter, images: false };
-    discs::add(device, raster, &way, suns, statistics, pictures)?;
-    Ok(shared.iter().map(SharedSums::noise).collect())
+    let way = discs::Way { tracer: &straight, filter: &filter, openings: &openings, images: false };
+    discs::add(device, eye, &way, suns, options.seed, statistics, seen)
 }
 
 /// Transmittance of the clear view along a ray from inside through the first pane that it meets; 0

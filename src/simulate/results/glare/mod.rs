@@ -8,8 +8,10 @@
 //! | `imageless` | a sensor at the eye | patches of the sky, by the light they send to it directly |
 //!
 //! With five phases the sun's patches, seen straight through a shade, go out of pictures and sensors,
-//! and the suns come back as traced, hour by hour; `imageless` has their discs for sources.
-//! The standard error of `imageless` is that of Ev alone; the patches' own noise is left out.
+//! and the suns come back as traced, hour by hour. Their discs are sources of their own
+//! ([`Disc`]) wherever there are sources, so that DGP does not depend on the size of the pixels.
+//! The standard error of `imageless` is that of Ev and of the share of the sun that is seen; the patches'
+//! own noise is left out.
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
 pub mod eyes;
@@ -19,15 +21,17 @@ mod tables;
 use self::eyes::{Eye, Eyes, ImagelessSources, frame_of};
 use self::noise::{MatrixNoise, SunNoise};
 use self::tables::{Hour, ViewYear};
+use super::illuminance::luminous;
 use super::pictures::PictureView;
 use super::views::Made;
 use crate::error::{Error, Result, Warnings};
-use crate::glare::geometry::PixelGeometry;
-use crate::glare::{Analyser, index};
+use crate::glare::geometry::{PixelGeometry, ViewFrame};
+use crate::glare::{Analyser, Disc, index};
 use crate::kernels::glare::{
-    AddedLight, Additions, Batches, HourNoise, PixelSource, ReadyView, SharedNoise, Stack, StackOptions, Year, for_device, year,
+    Added, AddedLight, Additions, Batches, HourNoise, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year,
 };
 use crate::kernels::image_matrix::ImageOptions;
+use crate::kernels::sun_matrix::pixels::SeenDisc;
 use crate::kernels::trace::{TraceStatistics, TracedMatrix};
 use crate::kernels::view_matrix;
 use crate::matrix::Matrix;
@@ -39,7 +43,7 @@ use crate::simulate::light::{Daylight, Light, transmitted};
 use crate::simulate::multiply::{lit_columns, select_columns};
 use crate::simulate::phases::pixels::ViewJob;
 use crate::simulate::phases::sun::sun_matrix;
-use crate::simulate::phases::sun_pixels::sun_pictures;
+use crate::simulate::phases::sun_pixels::{Shown, sun_pictures};
 use crate::simulate::plan::presets::{daylight_options, image_options, rounds, view_options};
 use crate::simulate::project::given::GivenPictures;
 use crate::simulate::project::glare::{GlareMethod, GlareSection};
@@ -47,7 +51,6 @@ use crate::simulate::project::views::ViewSection;
 use crate::simulate::sampling::rounds::{Part, average};
 use crate::simulate::store::sun_pictures::SunPictures;
 use crate::statistics::student_95;
-use crate::units::ILLUMINANCE_WEIGHTS;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;
@@ -106,24 +109,33 @@ struct Lit {
     suns: Option<Matrix<f32>>,
 }
 
-/// The suns' light in the pictures of a view.
+/// The suns' light in the pictures of a view, or at its eye.
 struct SunLight<'a> {
     pictures: SunPictures,
     hours: &'a [usize],
 }
 
 impl Additions for SunLight<'_> {
-    fn of_hour(&self, hour: usize, pixels: &mut Vec<AddedLight>) -> Result<SharedNoise> {
-        let luminance = |v: [f32; 3]| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * f64::from(v[c])).sum::<f64>() as f32;
-        let lit = self.pictures.sun_picture_with_errors(self.hours[hour])?;
+    fn of_hour(&self, hour: usize) -> Result<Added> {
+        let lit = self.pictures.sun_picture_with_discs(self.hours[hour])?;
         let errors = lit.errors.iter().zip(&lit.shared_errors);
-        pixels.extend(lit.pixels.iter().zip(errors).map(|(&(pixel, v), (&error, &shared_error))| AddedLight {
+        let light = |(&(pixel, v), (&error, &shared_error)): (&(u32, [f32; 3]), (&f32, &f32))| AddedLight {
             pixel,
-            luminance: luminance(v),
+            luminance: luminous(&v) as f32,
             error,
             shared_error,
-        }));
-        Ok(lit.shared)
+        };
+        let disc = |d: &SeenDisc| Disc {
+            direction: d.direction.map(f64::from),
+            luminance: luminous(&d.radiance),
+            solid_angle: f64::from(d.solid_angle),
+            error: f64::from(d.error),
+        };
+        Ok(Added {
+            pixels: lit.pixels.iter().zip(errors).map(light).collect(),
+            discs: lit.discs.iter().map(disc).collect(),
+            shared: lit.shared,
+        })
     }
 }
 
@@ -155,11 +167,14 @@ impl GlareJob<'_> {
                 (Some(detector), _) => {
                     let analyser = analyser(section, view)?;
                     analyser.doubts().into_iter().for_each(|doubt| warnings.push(doubt.file(&view.file)));
+                    if view.given.sun.is_some() {
+                        warnings.push(given_disc(view));
+                    }
                     self.pictured(section, view, analyser, &**detector, eye, &states, &lit, (statistics, &stage))?
                 }
                 (None, Some(eye)) => {
                     stage.update("glare", 0.0);
-                    states.iter().map(|state| self.without_pictures(section, view, eye, state, &lit)).collect::<Result<_>>()?
+                    self.without_pictures(section, view, eye, &states, &lit, statistics)?
                 }
                 (None, None) => return Err(Error::new("a method without pictures needs the eyes")),
             };
@@ -284,7 +299,8 @@ impl GlareJob<'_> {
         let path = |suffix: &str| self.context.store.matrix_path(&format!("V_{name}{suffix}"));
         // All states have the same windows with shades.
         let suns = self.made.suns.filter(|_| states.iter().any(|s| s.light.is_split()));
-        let suns = suns.map(|suns| sun_pictures(&self.context, &suns.set, view, &lit.hours, statistics)).transpose()?;
+        let shown = Shown::Picture(view.raster()?);
+        let suns = suns.map(|suns| sun_pictures(&self.context, &suns.set, view, &shown, &lit.hours, statistics)).transpose()?;
         let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
         let mut source = match &suns {
             None => PictureView::open_matrix(&path(""), None)?,
@@ -333,44 +349,69 @@ impl GlareJob<'_> {
         MatrixNoise::new(self.context.inputs, &state.transmissions, self.daylight_error, &lit.sky, &state.light, eye, suns)
     }
 
-    /// Lit hours of one view and state without pictures.
+    /// Lit hours of one view without pictures, for every state.
     fn without_pictures(
         &self,
         section: &GlareSection,
         view: &ViewSection,
         eye: &Eye<'_>,
+        states: &[State<'_>],
+        lit: &Lit,
+        statistics: &mut TraceStatistics,
+    ) -> Result<Vec<Vec<Hour>>> {
+        let camera = *view.raster()?.camera();
+        let wanted = section.method == GlareMethod::Imageless && lit.suns.is_some();
+        let suns = self.made.suns.filter(|_| wanted && states.iter().any(|s| s.light.is_split()));
+        let shown = Shown::Discs(camera);
+        let suns = suns.map(|suns| sun_pictures(&self.context, &suns.set, view, &shown, &lit.hours, statistics)).transpose()?;
+        let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
+        let frame = frame_of(camera.view()).map_err(|e| e.file(&view.file))?;
+        let of_state = |state| {
+            let sources = (section.method == GlareMethod::Imageless).then(|| self.sources(&frame, eye, state, section));
+            self.hours_without_pictures(section, eye, state, sources.as_ref(), suns.as_ref(), lit)
+        };
+        states.iter().map(of_state).collect()
+    }
+
+    /// The sky's patches as sources.
+    fn sources(&self, frame: &ViewFrame, eye: &Eye<'_>, state: &State<'_>, section: &GlareSection) -> ImagelessSources {
+        let windows = self.context.inputs.windows.iter().map(|w| &w.window);
+        ImagelessSources::new(frame, eye, windows, self.context.project.method.sky, &state.direct, state.traced.as_ref(), &section.settings)
+    }
+
+    fn hours_without_pictures(
+        &self,
+        section: &GlareSection,
+        eye: &Eye<'_>,
         state: &State<'_>,
+        sources: Option<&ImagelessSources>,
+        suns: Option<&SunLight<'_>>,
         lit: &Lit,
     ) -> Result<Vec<Hour>> {
         let lux = eye.illuminance(&state.light);
         let noise = self.noise(state, lit, Some(*eye));
         let none = vec![0.0; self.context.inputs.bins() * 3];
         let (settings, model) = (&section.settings, section.settings.dgp);
-        let sources = match section.method {
-            GlareMethod::Imageless => {
-                let camera = view.raster()?.camera().view().to_owned();
-                let frame = frame_of(&camera).map_err(|e| e.file(&view.file))?;
-                let traced = state.traced.as_ref();
-                Some(ImagelessSources::new(&frame, eye, self.context.project.method.sky, &state.direct, traced, settings))
-            }
-            _ => None,
-        };
-        (0..lit.hours.len())
-            .into_par_iter()
-            .map(|hour| {
-                let ev = lux[hour];
-                let (dgp, slope, count) = match &sources {
-                    None => (index::dgps(ev), index::dgps(1.0) - index::dgps(0.0), 0),
-                    Some(sources) => {
-                        let (sum, count) = sources.contrast(hour, &lit.sky, lit.suns.as_ref(), eye.sun(lit.hours[hour]), settings);
-                        (model.dgp(ev, sum), model.slopes(ev, sum)[0], count)
-                    }
-                };
-                let slope = if dgp < 1.0 && slope.is_finite() { slope } else { 0.0 };
-                let variance = noise.variance(hour, &none, slope);
-                Ok(Hour { dgp, standard_error: variance.sqrt().min(1.0), illuminance: ev, sources: count })
-            })
-            .collect()
+        let hours = (0..lit.hours.len()).into_par_iter().map(|hour| {
+            let ev = lux[hour];
+            let discs = suns.map_or_else(|| Ok(Vec::new()), |suns| suns.of_hour(hour).map(|added| added.discs))?;
+            let (dgp, [by_illuminance, by_contrast], count) = match sources {
+                None => (index::dgps(ev), [index::dgps(1.0) - index::dgps(0.0), 0.0], 0),
+                Some(sources) => {
+                    let (sum, count) = sources.contrast(hour, &lit.sky, lit.suns.as_ref(), &discs, settings);
+                    (model.dgp(ev, sum), model.slopes(ev, sum), count)
+                }
+            };
+            let finite = |slope: f64| if dgp < 1.0 && slope.is_finite() { slope } else { 0.0 };
+            let change = |disc: &Disc| {
+                let of = |disc: Disc| sources.map_or(0.0, |s| s.contrast_of_discs(&[disc], settings).0);
+                finite(by_contrast) * (of(disc.with_more_seen()) - of(*disc))
+            };
+            let of_discs: f64 = discs.iter().map(|d| change(d).powi(2)).sum();
+            let variance = noise.variance(hour, &none, finite(by_illuminance)) + of_discs;
+            Ok(Hour { dgp, standard_error: variance.sqrt().min(1.0), illuminance: ev, sources: count })
+        });
+        hours.collect()
     }
 
     /// All hours of the weather file from those with light.
@@ -393,6 +434,16 @@ impl GlareJob<'_> {
 fn analyser(section: &GlareSection, view: &ViewSection) -> Result<Arc<Analyser>> {
     let geometry = PixelGeometry::new(&view.raster()?).map_err(|e| e.file(&view.file))?;
     Ok(Arc::new(Analyser::new(Arc::new(geometry), section.settings.clone())?))
+}
+
+/// Suns in pictures made elsewhere stand on pixels, whose light no one can tell from a disc's.
+fn given_disc(view: &ViewSection) -> Error {
+    Error::new(format!(
+        "the sun's disc of view '{}' stands on the pixels of the given pictures 'sun', not as a glare source of its own: DGP depends on the size of the pixels",
+        view.name
+    ))
+    .file(&view.file)
+    .help("leave 'sun' out of the view to have the sun traced, or take pixels of 0.1° or less")
 }
 
 fn windows_only_name(view: &ViewSection) -> String {
