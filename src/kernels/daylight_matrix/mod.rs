@@ -60,11 +60,22 @@ pub struct DaylightOptions {
     pub roulette_weight: f32,
     /// Whether the batches themselves are handed back too.
     pub keep_batches: bool,
+    /// What the window itself is to light that comes back to it from outside: it absorbs, or is a hole as the
+    /// senders of rfluxmtx are, so that this light goes on in the room behind, as if there were no glazing.
+    pub own_window: WindowSurfaces,
 }
 
 impl Default for DaylightOptions {
     fn default() -> Self {
-        Self { bounces: None, paths: 2048, batches: 8, seed: 1, roulette_weight: 0.05, keep_batches: false }
+        Self {
+            bounces: None,
+            paths: 2048,
+            batches: 8,
+            seed: 1,
+            roulette_weight: 0.05,
+            keep_batches: false,
+            own_window: WindowSurfaces::Absorb,
+        }
     }
 }
 
@@ -98,9 +109,9 @@ pub(crate) fn sky_rows(sky: ReinhartSky) -> Vec<SkyRow> {
 }
 
 /// Computes D for one window: rows the window's bins, columns the sky's bins with the ground
-/// first, RGB. The window itself and all other windows of the scene absorb what meets them
-/// ([`scene::windows`](crate::scene::windows)); Radiance, whose senders are not part of the scene, has holes
-/// there.
+/// first, RGB. All windows of the scene absorb what meets them ([`scene::windows`](crate::scene::windows)), also
+/// the window itself unless the options say otherwise; Radiance, whose senders are not part of the scene, has
+/// holes there.
 ///
 /// # Errors
 /// If the window has no area, the device fails or loses paths, or when stopped by `progress`.
@@ -129,7 +140,7 @@ fn compute_in_dispatches(
     if options.batches < 2 || options.paths == 0 {
         return Err(Error::new("at least two batches of at least one path are needed"));
     }
-    let tables = TraceTables::new(scene, std::slice::from_ref(window), WindowSurfaces::Absorb)?;
+    let tables = TraceTables::new(scene, std::slice::from_ref(window), options.own_window)?;
     let trace_scene = tables.upload(device)?;
     let components: usize = if tables.features.grey { 1 } else { 3 };
     let kernel = Kernel::new(device, "trace/daylight_paths", &[], &[("COMPONENTS", components as f64)])?;
