@@ -9,6 +9,7 @@ use lucarne::bins::{KlemsBasis, ReinhartSky};
 use lucarne::gpu::Device;
 use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
 use lucarne::kernels::product::{Native, chain, with_components};
+use lucarne::kernels::trace::WindowSurfaces;
 use lucarne::kernels::view_matrix::{self, ViewOptions};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, read_matrix, read_matrix_from, write_matrix};
@@ -174,7 +175,8 @@ fn years(v: &Matrix<f32>, t: &Matrix<f32>, at_window: &Matrix<f32>) -> Vec<Vec<f
 
 /// D·S of the tutorial room: our D, our S.
 fn tutorial_window_light(device: &Device, data: &Path, scene: &Scene, window: &Window, subdivision: usize, paths: u32) -> Matrix<f32> {
-    let options = DaylightOptions { bounces: Some(4), paths, ..DaylightOptions::default() };
+    // As rfluxmtx has it, with which the references were made.
+    let options = DaylightOptions { bounces: Some(4), paths, own_window: WindowSurfaces::Open, ..DaylightOptions::default() };
     let sky = ReinhartSky::new(subdivision).unwrap();
     let d = daylight_matrix::compute(device, scene, window, sky, &options, &Silent).unwrap().total;
     let weather = Weather::read(&data.join("tutorial_room/weather/NYC.wea"), &mut Warnings::new()).unwrap();
@@ -297,7 +299,7 @@ fn a_room_without_symmetry_agrees_hour_by_hour_with_radiances_programs() {
 
     let options = ViewOptions { bounces: Some(3), light_paths: 512, near_samples: 512, ..ViewOptions::default() };
     let v = view_matrix::compute(&device, &scene, std::slice::from_ref(&window), &sensors, &options, &Silent).unwrap().total;
-    let options = DaylightOptions { bounces: Some(2), paths: 4096, ..DaylightOptions::default() };
+    let options = DaylightOptions { bounces: Some(2), paths: 4096, own_window: WindowSurfaces::Open, ..DaylightOptions::default() };
     let d = daylight_matrix::compute(&device, &scene, &window, ReinhartSky::new(1).unwrap(), &options, &Silent).unwrap().total;
     let weather = Weather::read(&weather_file, &mut Warnings::new()).unwrap();
     let s = sky_matrix(&weather, &SkyOptions::default(), &Silent).unwrap();

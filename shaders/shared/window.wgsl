@@ -212,8 +212,14 @@ fn leaves_through_window(origin: vec3<f32>, direction: vec3<f32>, count: u32) ->
     return false;
 }
 
+// Whether there are suns that could shine into a room's window from outside, seen from another one.
+override MAY_ENTER: bool = true;
+
 // Whether a ray enters a room from outside through the polygon of a window, which absorbs it.
 fn enters_window(origin: vec3<f32>, direction: vec3<f32>) -> bool {
+    if !MAY_ENTER {
+        return false;
+    }
     for (var w = 0u; w < arrayLength(&windows); w++) {
         let window = windows[w];
         if dot(direction, window.z) <= 0.0 {

@@ -8,7 +8,7 @@ use lucarne::bins::ReinhartSky;
 use lucarne::gpu::Device;
 use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
 use lucarne::kernels::image_matrix::ImageOptions;
-use lucarne::kernels::trace::TracedMatrix;
+use lucarne::kernels::trace::{TracedMatrix, WindowSurfaces};
 use lucarne::kernels::view_matrix::{self, ViewOptions};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
@@ -30,9 +30,9 @@ enum Phase {
     View(ViewArgs),
     /// Daylight matrix D: from the sky's patches to a window's bins [bin][patch], ground first.
     ///
-    /// The window absorbs light that surfaces outside send back to it. Where other windows are, which this verb
-    /// cannot know, the scene has holes, as for rfluxmtx; name them by --other-window, and they absorb, as all
-    /// windows of a project do in `lucarne run`.
+    /// The window absorbs light that surfaces outside send back to it, unless --hole is given. Where other
+    /// windows are, which this verb cannot know, the scene has holes, as for rfluxmtx; name them by
+    /// --other-window, and they absorb, as all windows of a project do in `lucarne run`.
     Daylight(DaylightArgs),
     /// Sun matrix Cds: from suns through openings, panes and slats to sensors [sensor][sun].
     Sun(Box<SunArgs>),
@@ -137,6 +137,11 @@ struct DaylightArgs {
     #[arg(short = 'c', value_name = "N", default_value_t = DaylightOptions::default().paths)]
     paths: u32,
 
+    /// The window is a hole, too, for light that comes back to it, which goes on in the room behind, as for
+    /// rfluxmtx
+    #[arg(long)]
+    hole: bool,
+
     /// Windows of the same scene that absorb the light that meets them; may be repeated
     #[arg(long, value_name = "WINDOW.rad")]
     other_window: Vec<PathBuf>,
@@ -215,6 +220,7 @@ fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
         batches: common.batches.unwrap_or(DaylightOptions::default().batches),
         seed: common.seed,
         roulette_weight: common.roulette_weight,
+        own_window: if args.hole { WindowSurfaces::Open } else { WindowSurfaces::Absorb },
         ..DaylightOptions::default()
     };
     let device = Device::open(common.device.as_deref())?;

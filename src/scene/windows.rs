@@ -171,15 +171,15 @@ impl WindowBuilder {
             if area <= LITTLE * areas[hidden].min(areas[by]) {
                 continue;
             }
-            let share = percent(area / areas[hidden]);
+            let (part, share) = (part(area / areas[hidden]), percent(area / areas[hidden]));
             let other = format!("surface '{}' ({}:{})", second.name, second.file.display(), second.line);
             let size = areas[hidden].min(areas[by]).sqrt();
             let message = if depth <= IN_PLANE * size {
-                format!("{share} of surface '{}' lies in the same place as {other}; it overlaps and counts once", first.name)
+                format!("{part} surface '{}' lies in the same place as {other}; it overlaps and counts once", first.name)
             } else {
-                format!("{share} of surface '{}' lies {depth:.3} behind {other}, which hides it: only this one counts", first.name)
+                format!("{part} surface '{}' lies {depth:.3} behind {other}, which hides it: only this one counts", first.name)
             };
-            let help = "draw each opening once, by one polygon; the panes of its glazing belong into the BSDF";
+            let help = format!("it is {share}; draw each opening once, by one polygon; the panes of its glazing belong into the BSDF");
             let field = format!("window '{}'", self.name);
             warnings.push(Error::new(message).file(&first.file).line(first.line).field(field).help(help));
         }
@@ -190,6 +190,10 @@ impl WindowBuilder {
 /// Area times unit normal.
 fn area_vector([a, b, c]: &[DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a) / 2.0
+}
+
+fn part(share: f64) -> &'static str {
+    if share > 1.0 - LITTLE { "all of" } else { "a part of" }
 }
 
 /// A share for people.

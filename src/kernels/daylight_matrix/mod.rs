@@ -63,11 +63,23 @@ pub struct DaylightOptions {
     /// Whether this is the first, or only, of the rounds that are averaged: it has the doubts (see
     /// [`doubt`]).
     pub first_round: bool,
+    /// What the window itself is to light that comes back to it from outside: it absorbs, or is a hole as the
+    /// senders of rfluxmtx are, so that this light goes on in the room behind, as if there were no glazing.
+    pub own_window: WindowSurfaces,
 }
 
 impl Default for DaylightOptions {
     fn default() -> Self {
-        Self { bounces: None, paths: 2048, batches: 8, seed: 1, roulette_weight: 0.05, keep_batches: false, first_round: true }
+        Self {
+            bounces: None,
+            paths: 2048,
+            batches: 8,
+            seed: 1,
+            roulette_weight: 0.05,
+            keep_batches: false,
+            first_round: true,
+            own_window: WindowSurfaces::Absorb,
+        }
     }
 }
 
@@ -101,9 +113,9 @@ pub(crate) fn sky_rows(sky: ReinhartSky) -> Vec<SkyRow> {
 }
 
 /// Computes D for one window: rows the window's bins, columns the sky's bins with the ground
-/// first, RGB. The window itself and all other windows of the scene absorb what meets them
-/// ([`scene::windows`](crate::scene::windows)); Radiance, whose senders are not part of the scene, has holes
-/// there.
+/// first, RGB. All windows of the scene absorb what meets them ([`scene::windows`](crate::scene::windows)), also
+/// the window itself unless the options say otherwise; Radiance, whose senders are not part of the scene, has
+/// holes there.
 ///
 /// # Errors
 /// If the window has no area, the device fails or loses paths, or when stopped by `progress`.
@@ -132,7 +144,7 @@ fn compute_in_dispatches(
     if options.batches < 2 || options.paths == 0 {
         return Err(Error::new("at least two batches of at least one path are needed"));
     }
-    let tables = TraceTables::new(scene, std::slice::from_ref(window), WindowSurfaces::Absorb)?;
+    let tables = TraceTables::new(scene, std::slice::from_ref(window), options.own_window)?;
     let trace_scene = tables.upload(device)?;
     let components: usize = if tables.features.grey { 1 } else { 3 };
     let kernel = Kernel::new(device, "trace/daylight_paths", &[], &[("COMPONENTS", components as f64)])?;

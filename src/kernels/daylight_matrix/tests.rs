@@ -2,8 +2,9 @@ use super::*;
 use crate::bins::Frame;
 use crate::bins::KlemsBasis;
 use crate::error::Warnings;
+use crate::gpu::mutation;
 use crate::kernels::trace::comparison::assert_agrees;
-use crate::kernels::trace::reference;
+use crate::kernels::trace::reference::{self, Estimate};
 use crate::kernels::trace::rooms::{Builder, street, window};
 use crate::progress::Silent;
 use crate::scene::MaterialKind;
@@ -149,7 +150,7 @@ fn nothing_is_lost_or_gained_where_nothing_absorbs() {
     let mut b = Builder::default();
     let white = b.grey(1.0);
     let mirror = b.material(MaterialKind::Metal { color: [1.0; 3], specularity: 1.0, roughness: 0.0 });
-    // Large and slanted ground, a wall, slats, and a mirror on both sides.
+    // Large and slanted ground, a wall, slats, and a mirror on both sides. The window alone absorbs.
     b.quad([[-300.0, -600.0, -8.0], [300.0, -600.0, -4.0], [300.0, 300.0, 1.0], [-300.0, 300.0, -2.0]], white);
     b.quad([[-20.0, -9.0, -5.0], [4.0, -11.0, -5.0], [4.0, -11.0, 9.0], [-20.0, -9.0, 9.0]], white);
     b.quad([[9.0, -8.0, 6.0], [9.0, -1.0, 6.0], [9.0, -1.0, -3.0], [9.0, -8.0, -3.0]], mirror);
@@ -160,10 +161,27 @@ fn nothing_is_lost_or_gained_where_nothing_absorbs() {
     let w = window([[0.5, 0.0, 1.0], [0.5, 0.0, 2.5], [2.0, 0.0, 2.5], [2.0, 0.0, 1.0]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
     let d = compute(&device, &b.scene, &w, tregenza(), &DaylightOptions { paths: 512, ..DaylightOptions::default() }, &Silent).unwrap();
     let mut ground: f64 = 0.0;
-    for bin in 0..145 {
-        assert!((row_sum(&d.total, bin, 0) - 1.0).abs() < 1e-5, "bin {bin}: {}", row_sum(&d.total, bin, 0));
+    let samples = 2000;
+    let kept: Vec<Estimate> = (0..145)
+        .into_par_iter()
+        .map(|bin| {
+            let row = reference::daylight_row(&b.scene, &w, bin, tregenza(), 1000, samples, 3 + bin as u64);
+            row.iter().fold(Estimate::default(), |sum, cell| sum.with(&cell[0]))
+        })
+        .collect();
+    // What the window does not keep leaves: of each bin 4096 paths against 2000.
+    let (mut squares, mut difference, mut variance) = (0.0, 0.0, 0.0);
+    for (bin, kept) in kept.iter().enumerate() {
+        let (found, wanted) = (row_sum(&d.total, bin, 0), kept.mean(samples));
+        let error2 = wanted * (1.0 - wanted) * (1.0 / samples as f64 + 1.0 / 4096.0) + 1e-6;
+        squares += (found - wanted).powi(2) / error2 / 145.0;
+        difference += found - wanted;
+        variance += error2;
+        assert!(found < 1.0 + 1e-5, "bin {bin}: {found}");
         ground += f64::from(d.total.at(bin, 0)[0]) / 145.0;
     }
+    println!("what leaves: mean z² {squares:.2}, all together {difference:.3} ± {:.3} of 145", variance.sqrt());
+    assert!(squares < 1.6 && difference.abs() < 4.0 * variance.sqrt(), "{squares} {difference}");
     // Only what passes over the edges of the ground reaches the lower hemisphere: the window sees
     // less than 1/100 of it beyond. Rays that start below their own surface would end there too.
     println!("mean share of the ground: {ground:.1e}");
@@ -257,7 +275,7 @@ fn a_wall_in_the_plane_of_the_window_does_not_stand_before_it() {
     }
 }
 
-/// A black wing with a window on either side, across a court: the sum of D over the sky with `kind` at them.
+/// A black wing with a window on either side, across a court, and bright slats before the own window.
 #[test]
 fn other_windows_and_the_own_one_absorb() {
     let Some(device) = Device::for_tests("other windows of D") else { return };
@@ -281,9 +299,37 @@ fn other_windows_and_the_own_one_absorb() {
     b.scene.windows = vec![far(-4.0, DVec3::NEG_Y), own.clone(), far(-6.0, DVec3::Y)];
     let options = DaylightOptions { bounces: Some(3), paths: 4096, ..DaylightOptions::default() };
     let d = compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap();
-    for bin in [0, 4, 11, 20, 27, 33, 40] {
-        let row = reference::daylight_row(&b.scene, &own, bin, tregenza(), 3, 100_000, 9 + bin as u64);
-        assert_agrees(&format!("bin {bin}"), &d, bin, &row, 100_000);
+    let samples = 200_000;
+    let rows: Vec<(usize, f64, f64)> = [0, 4, 11, 20, 27, 33, 40]
+        .into_par_iter()
+        .map(|bin| {
+            let row = reference::daylight_row(&b.scene, &own, bin, tregenza(), 3, samples, 9 + bin as u64);
+            let sum = row.iter().fold(Estimate::default(), |sum, cell| sum.with(&cell[0]));
+            (bin, sum.mean(samples), sum.standard_error(samples))
+        })
+        .collect();
+    // Largest deviation of these rows' sums, in standard errors: of 32,768 paths and of the reference's.
+    let worst = |d: &TracedMatrix| {
+        rows.iter().fold(0.0f64, |worst, (bin, wanted, error)| {
+            let own = error * (samples as f64 / 32_768.0).sqrt();
+            worst.max((row_sum(&d.total, *bin, 0) - wanted).abs() / error.hypot(own))
+        })
+    };
+    println!("{rows:?}, worst {:.1} standard errors", worst(&d));
+    assert!(worst(&d) < 4.0, "{}", worst(&d));
+    // Windows as holes, and paths that begin in the plane of their own window.
+    let pass = "if material.kind == 0u { weight = vec3<f32>(1.0); position += direction * (hit.distance + 1e-3); continue; }";
+    let absorbed = "if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {";
+    for (from, to) in [
+        (absorbed, format!("{pass}\n{absorbed}").as_str()),
+        (
+            "offset_from_surface(window_point(window, sample_pair(index, 0u, seed)), -window.z)",
+            "window_point(window, sample_pair(index, 0u, seed))",
+        ),
+    ] {
+        let fault =
+            mutation::with("trace/daylight_paths", from, to, || compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap());
+        assert!(worst(&fault) > 6.0, "{to}: {}", worst(&fault));
     }
     // The same with black plates in place of the windows, the own one a little behind its plane.
     let mut plates = Builder { scene: holes.clone() };

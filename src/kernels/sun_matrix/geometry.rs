@@ -133,7 +133,8 @@ impl SunOptions {
 pub enum Openings<'a> {
     /// Wherever the scene leaves it in.
     Anywhere,
-    /// Through the polygons of these windows, which are holes.
+    /// Through the polygons of these windows, which are holes for light that comes into their room. They, and
+    /// all other windows of the scene, absorb what comes to them from elsewhere.
     Windows(&'a [Window]),
     /// Through the boxes around these windows and the shades before and behind them (corners of their
     /// geometry): slats may let light pass beside the window's own polygon.
@@ -217,7 +218,7 @@ impl SunMatrix {
     }
 }
 
-/// Computes the sun matrix of `sensors`. The windows are holes: what fills them (panes, slats) is
+/// Computes the sun matrix of `sensors`. The windows are holes to their rooms: what fills them (panes, slats) is
 /// part of the scene.
 ///
 /// # Errors

@@ -158,7 +158,7 @@ impl<'t, 'd> Shades<'t, 'd> {
         if cells.len() == 0 || count < if forced { 1 } else { receivers.len().div_ceil(2) } {
             return Ok(None);
         }
-        let (device, panes) = (tracer.device, tracer.panes());
+        let (device, panes) = (tracer.device, tracer.constants());
         let reflected = [("REFLECTED_ONLY", 1.0)];
         let shades = Self {
             cells,

@@ -90,6 +90,8 @@ const RIM: u32 = 4;
 const MOST_PATHS: usize = 64;
 /// Points of a disc in a batch, all of which one invocation takes.
 const MOST_POINTS: u32 = 512;
+/// Turns of a ray's loops, about, when that many are taken.
+const TURNS_OF_RAY: u32 = 120;
 /// Pairs of receiver and sun, over all batches, of one dispatch: bounds its time.
 const MOST_PAIRS: usize = 1 << 20;
 
@@ -121,6 +123,9 @@ pub(crate) struct SunTracer<'d> {
     pub(super) sun_count: usize,
     pub(super) suns: Buffer,
     panes: bool,
+    /// Whether the rays to suns could enter a window from outside.
+    may_enter: bool,
+    most_paths: usize,
     vertices: Kernel,
     gather: OnceCell<Kernel>,
     /// Straight light where every batch has receivers of its own.
@@ -140,7 +145,13 @@ impl<'d> SunTracer<'d> {
         suns: &[Sun],
         options: &SunOptions,
     ) -> Result<Self> {
-        let options = &options.in_batches_of(MOST_POINTS);
+        let windows = openings.windows();
+        let into = |sun: &Sun| windows.iter().any(|w| sun.direction.dot(w.frame.z) > -sun.chord());
+        let may_enter = suns.iter().any(into);
+        // Every ray then looks at every window, too.
+        let turns = TURNS_OF_RAY + if may_enter { 2 * windows.len() as u32 } else { 0 };
+        let fewer = |most: u32| (most * TURNS_OF_RAY / turns).max(1);
+        let options = &options.in_batches_of(fewer(MOST_POINTS));
         if options.batches < 2 || options.disc_samples == 0 || options.path_sets == 0 {
             return Err(Error::new("a sun matrix needs at least two batches, one point of the sun's disc and one set of paths"));
         }
@@ -152,7 +163,6 @@ impl<'d> SunTracer<'d> {
             return Err(Error::new(format!("sun {} is no disc in the sky: direction {}, radius {}", i + 1, sun.direction, sun.radius))
                 .help("a sun needs a direction and a radius of at most 45°"));
         }
-        let windows = openings.windows();
         let tables = match openings {
             Openings::Anywhere => TraceTables::without_windows(scene, around),
             _ => TraceTables::new(scene, &windows, WindowSurfaces::Open)?,
@@ -183,13 +193,16 @@ impl<'d> SunTracer<'d> {
             sun_count: suns.len(),
             suns: device.upload("suns", if records.is_empty() { &none } else { &records })?,
             panes,
+            may_enter,
+            most_paths: fewer(MOST_PATHS as u32) as usize,
             vertices: Kernel::new(device, "trace/sun_vertices", &[], &[])?,
             gather: OnceCell::new(),
             pairs: OnceCell::new(),
             mirrored: if images.is_empty() {
                 None
             } else {
-                Some((Kernel::new(device, "trace/sun_gather", &[], &[("MIRRORED", 1.0)])?, images))
+                let constants = [("MIRRORED", 1.0), ("MAY_ENTER", f64::from(u8::from(may_enter)))];
+                Some((Kernel::new(device, "trace/sun_gather", &[], &constants)?, images))
             },
             counters: device.zeros::<Counters>("path counters", 1)?,
             tables,
@@ -207,8 +220,8 @@ impl<'d> SunTracer<'d> {
     }
 
     /// Constants of kernels that trace rays to suns.
-    pub fn panes(&self) -> [(&'static str, f64); 1] {
-        [("HAS_PANES", f64::from(u8::from(self.panes)))]
+    pub fn constants(&self) -> [(&'static str, f64); 2] {
+        [("HAS_PANES", f64::from(u8::from(self.panes))), ("MAY_ENTER", f64::from(u8::from(self.may_enter)))]
     }
 
     /// Matrices that take a direction to a sun to those of its images in flat mirrors.
@@ -307,13 +320,15 @@ impl<'d> SunTracer<'d> {
         let sums = device.zeros::<f32>("sun matrix", o.batches as usize * count * self.sun_count * 7)?;
         let own_points = batch_stride > 0;
         if own_points {
-            let pairs = made_once(&self.pairs, || Pairs::new(device, &self.panes()))?;
+            let pairs = made_once(&self.pairs, || Pairs::new(device, &self.constants()))?;
             pairs.trace(self, receivers, count, &sums, statistics)?;
         }
         let mut passes = Vec::new();
         if scatters || !own_points {
+            let [panes, may_enter] = self.constants();
             let constants = [
-                self.panes()[0],
+                panes,
+                may_enter,
                 ("STRAIGHT", f64::from(u8::from(!own_points))),
                 ("SCATTERED", f64::from(u8::from(self.options.scatters()))),
             ];
@@ -322,7 +337,7 @@ impl<'d> SunTracer<'d> {
         if let Some((kernel, images)) = &self.mirrored {
             passes.extend(images.iter().map(|image| (kernel, *image)));
         }
-        let chunks = (0..paths.max(1)).step_by(MOST_PATHS).map(|first| [first, paths.min(first + MOST_PATHS as u32)]);
+        let chunks = (0..paths.max(1)).step_by(self.most_paths).map(|first| [first, paths.min(first + self.most_paths as u32)]);
         for ((kernel, image), [first_path, end_path]) in passes.into_iter().flat_map(|pass| chunks.clone().map(move |chunk| (pass, chunk)))
         {
             let [image_x, image_y, image_z] = image.to_cols_array_2d();

@@ -3,7 +3,7 @@
 
 use super::comparison::agrees;
 use super::reference::{self, Estimate};
-use super::rooms::{self, Builder, asymmetric, sensor, street};
+use super::rooms::{Builder, asymmetric, sensor, street};
 use crate::bins::{KlemsBasis, ReinhartSky};
 use crate::gpu::{Device, mutation};
 use crate::kernels::daylight_matrix::{self, DaylightOptions};
@@ -11,7 +11,6 @@ use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
 use crate::scene::{MaterialKind, Scene, Window};
-use glam::DVec3;
 use rayon::prelude::*;
 
 const SAMPLES: usize = 200_000;
@@ -63,12 +62,7 @@ struct Daylight {
 
 impl Daylight {
     fn new() -> Self {
-        let (mut scene, mut window) = street();
-        // A window across the street, and one above that light meets from its room.
-        let across = [[0.0, -3.0, 0.2], [1.8, -3.0, 0.2], [1.8, -3.0, 2.2], [0.0, -3.0, 2.2]];
-        let above = [[0.5, -2.0, 4.0], [2.0, -2.0, 4.0], [2.0, -0.5, 4.5], [0.5, -0.5, 4.5]];
-        let other = |corners, normal| rooms::window(corners, normal, DVec3::X, KlemsBasis::Full);
-        scene.windows = vec![window.clone(), other(across, DVec3::NEG_Y), other(above, DVec3::new(0.0, -1.0, 3.0).normalize())];
+        let (scene, mut window) = street();
         window.basis = KlemsBasis::Quarter.into();
         let sky = ReinhartSky::new(1).unwrap();
         let rows = [0, 7, 18, 26, 30]
@@ -107,17 +101,6 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
 
 const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[
     ("trace/daylight_paths", "var direction = -window_bin_direction", "var direction = window_bin_direction"),
-    (
-        "trace/daylight_paths",
-        "if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {",
-        "if material.kind == 0u { weight = vec3<f32>(1.0); position += direction * (hit.distance + 1e-3); continue; }\n\
-         if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {",
-    ),
-    (
-        "trace/daylight_paths",
-        "offset_from_surface(window_point(window, sample_pair(index, 0u, seed)), -window.z)",
-        "window_point(window, sample_pair(index, 0u, seed))",
-    ),
     ("trace/daylight_paths", "bounces > params.most_bounces", "bounces >= params.most_bounces"),
     ("trace/daylight_paths", "weight *= event.weight;", "weight *= event.weight.zyx;"),
     ("shared/sky", "atan2(direction.x, direction.y)", "atan2(direction.y, direction.x)"),

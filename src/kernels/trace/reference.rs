@@ -20,6 +20,11 @@ impl Estimate {
         self.squares += value * value;
     }
 
+    /// The sum of two estimates of which each sample adds to one.
+    pub fn with(self, other: &Self) -> Self {
+        Self { sum: self.sum + other.sum, squares: self.squares + other.squares }
+    }
+
     pub fn mean(&self, samples: usize) -> f64 {
         self.sum / samples as f64
     }

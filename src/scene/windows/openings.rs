@@ -1,7 +1,7 @@
 //! Makes the windows of a scene openings of it: see the [conventions](super).
 
 use super::covering::Base;
-use super::{IN_PLANE, LITTLE, ONE_PANE, PARALLEL_DEG, percent};
+use super::{IN_PLANE, LITTLE, ONE_PANE, PARALLEL_DEG, part, percent};
 use crate::error::{Error, Result, Warnings};
 use crate::scene::{MaterialKind, Scene, SurfaceOrigin, Triangle, Window};
 use glam::DVec3;
@@ -93,7 +93,7 @@ impl Scene {
         let mut named = 0;
         for (surface, by_window) in covers {
             // One warning for each kind of fault.
-            let mut faults: BTreeMap<Fault, Vec<String>> = BTreeMap::new();
+            let mut faults: BTreeMap<Fault, Vec<(String, String)>> = BTreeMap::new();
             for (fault, how) in by_window.iter().filter_map(|(&w, cover)| self.told_of(*surface, &windows[w], cover)) {
                 faults.entry(fault).or_default().push(how);
             }
@@ -101,9 +101,9 @@ impl Scene {
                 named += 1;
                 if named <= MOST_NAMED {
                     let more = if places.len() > 3 { format!(" and {} more", places.len() - 3) } else { String::new() };
-                    let list = places[..places.len().min(3)].join(", ");
-                    let message = format!("it covers {list}{more}{}", fault.consequence());
-                    let warning = Error::new(message).help(fault.help());
+                    let (list, shares): (Vec<String>, Vec<String>) = places.into_iter().take(3).unzip();
+                    let message = format!("it covers {}{more}{}", list.join(", "), fault.consequence());
+                    let warning = Error::new(message).help(format!("it covers {}; {}", shares.join(", "), fault.help()));
                     let origin = self.surfaces.get(*surface as usize);
                     warnings.push(origin.map_or_else(|| warning.clone(), |o| at(warning.clone(), o)));
                 }
@@ -115,15 +115,16 @@ impl Scene {
         }
     }
 
-    /// What is told of a surface that covers a window, if anything.
-    fn told_of(&self, surface: u32, window: &Window, cover: &Cover) -> Option<(Fault, String)> {
+    /// What is told of a surface that covers a window, if anything, and the share that it covers.
+    fn told_of(&self, surface: u32, window: &Window, cover: &Cover) -> Option<(Fault, (String, String))> {
         let area = window.area();
-        let of = |part: f64| {
-            let origin = &window.origin;
-            format!("{} of window '{}' ({}:{})", percent((part / area).min(1.0)), window.name, origin.file.display(), origin.line)
+        let told = |covered: f64, place: String| {
+            let (origin, share) = (&window.origin, (covered / area).min(1.0));
+            let window = format!("window '{}' ({}:{})", window.name, origin.file.display(), origin.line);
+            (format!("{} {window} {place}", part(share)), percent(share))
         };
         if cover.in_plane > LITTLE * area {
-            return Some((Fault::InPlane, format!("{} in its plane", of(cover.in_plane))));
+            return Some((Fault::InPlane, told(cover.in_plane, "in its plane".into())));
         }
         let hides = if cover.near > NEAR_SHARE * area {
             cover.near
@@ -138,7 +139,7 @@ impl Scene {
             _ => Fault::Hides,
         };
         let side = if cover.distance > 0.0 { "inside" } else { "outside" };
-        Some((fault, format!("{} from {:.4} {side} its plane", of(hides), cover.distance.abs())))
+        Some((fault, told(hides, format!("from {:.4} {side} its plane", cover.distance.abs()))))
     }
 }
 
@@ -208,8 +209,8 @@ fn refuse_overlaps(windows: &[Window]) -> Result<()> {
             if area > LITTLE * least {
                 let place = if depth <= IN_PLANE * size { "in the same place as".to_string() } else { format!("{depth:.3} from") };
                 let message = format!(
-                    "{} of it lies {place} window '{}' ({}:{}); two windows cannot cover each other",
-                    percent(area / second.area()),
+                    "{} it lies {place} window '{}' ({}:{}); two windows cannot cover each other",
+                    part(area / second.area()),
                     first.name,
                     first.origin.file.display(),
                     first.origin.line

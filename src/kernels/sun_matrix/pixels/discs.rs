@@ -112,7 +112,8 @@ pub(super) fn add(
 ) -> Result<()> {
     let scene = View::new(eye, way, seed);
     let images = if way.images { way.tracer.images() } else { &[] };
-    let kernel = |mirrored: f64| Kernel::new(device, "trace/sun_rays", &[], &[way.tracer.panes()[0], ("MIRRORED", mirrored)]);
+    let [panes, may_enter] = way.tracer.constants();
+    let kernel = |mirrored: f64| Kernel::new(device, "trace/sun_rays", &[], &[panes, may_enter, ("MIRRORED", mirrored)]);
     let (straight, mirrored) = (kernel(0.0)?, if images.is_empty() { None } else { Some(kernel(1.0)?) });
     for image in std::iter::once(None).chain(images.iter().map(Some)) {
         let kernel = mirrored.as_ref().filter(|_| image.is_some()).unwrap_or(&straight);
