@@ -576,7 +576,7 @@ fn headers_of_every_kind_give_what_evalglare_gives() {
         let output = evalglare.arg("-V").arg(&path).output().unwrap();
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         let theirs: f64 = text.trim().parse().unwrap_or_else(|_| panic!("{header}: {text}"));
-        let ev = number(&ours, "Ev");
+        let ev = number(&ours, "ev_lux");
         assert!((ev - theirs).abs() < 1e-3 * theirs, "{header}: {ev} {theirs}");
     }
 }
