@@ -142,13 +142,7 @@ impl<'s, 'a> State<'s, 'a> {
         state
     }
 
-    fn go_on(
-        &mut self,
-        stop: Stop,
-        store: &Store,
-        progress: &dyn Progress,
-        judge: &Judge<'_>,
-    ) -> Result<()> {
+    fn go_on(&mut self, stop: Stop, store: &Store, progress: &dyn Progress, judge: &Judge<'_>) -> Result<()> {
         let open: Vec<usize> = (0..self.sources.len()).filter(|&i| self.sources[i].exact.is_none()).collect();
         let first = match stop {
             Stop::Rounds(rounds) => rounds,

@@ -12,7 +12,7 @@ use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use crate::gpu::{Device, Kernel};
 use crate::gpu_struct;
-use crate::kernels::trace::{doubt, Counters, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, check_finished};
+use crate::kernels::trace::{Counters, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, check_finished, doubt};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
@@ -217,7 +217,9 @@ fn compute_in_dispatches(
     let n = f64::from(options.batches);
     let paths = n * f64::from(options.paths);
     let row = |bin: usize| bin * sky.len() * components..(bin + 1) * sky.len() * components;
-    let few = |bin: usize| options.first_round && sum[row(bin)].iter().sum::<f64>() / components as f64 * f64::from(options.paths) < doubt::ENOUGH_HITS;
+    let few = |bin: usize| {
+        options.first_round && sum[row(bin)].iter().sum::<f64>() / components as f64 * f64::from(options.paths) < doubt::ENOUGH_HITS
+    };
     let doubted: Vec<bool> = (0..bins).map(few).collect();
     // Half a path more to anywhere in the sky.
     let spread: Vec<f64> = (0..sky.len()).map(|p| doubt::half_a_hit(sky.solid_angle(p) / (4.0 * std::f64::consts::PI), paths)).collect();

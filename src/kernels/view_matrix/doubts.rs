@@ -133,9 +133,7 @@ impl ViewTracer<'_> {
             .windows
             .iter()
             .zip(&self.tables.windows)
-            .flat_map(|(w, record)| {
-                (0..w.basis.len()).map(move |b| f64::from(record.area) / area * w.basis.projected_solid_angle(b) / PI)
-            })
+            .flat_map(|(w, record)| (0..w.basis.len()).map(move |b| f64::from(record.area) / area * w.basis.projected_solid_angle(b) / PI))
             .collect();
         let pattern = pattern(Part::REFLECTIONS, batches);
         for receiver in 0..count {

@@ -268,7 +268,8 @@ impl<'d> ViewTracer<'d> {
                 images: self.images.is_some(),
             };
             let receivers = (&sensors_buffer, records.len());
-            let mut near = near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
+            let mut near =
+                near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
             self.add_images(sensors, first, &mut near.sums, &mut result.statistics)?;
             self.doubt_reflections(&mut near, records.len());
             stage(0.2)?;
@@ -301,6 +302,8 @@ impl<'d> ViewTracer<'d> {
                         }
                     }
                     let (mean, error) = mean_and_error(&values);
+                    // Doubts alone: what their sum's rounding leaves is no light.
+                    let mean = if mean.abs() < 1e-12 * error { 0.0 } else { mean };
                     result.total.at_mut(first + sensor, bin)[c] = mean as f32;
                     result.direct.at_mut(first + sensor, bin)[c] = ((straight / batches as f64) as f32).min(mean as f32);
                     result.standard_error.at_mut(first + sensor, bin)[c] = error as f32;

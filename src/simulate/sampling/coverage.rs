@@ -187,14 +187,8 @@ fn far_window(device: &Device) -> Case<'_> {
         let lit = 0.6 / PI * polygon_irradiance(&corners(&w), p, DVec3::NEG_X);
         truth += lit * to.dot(normal).max(0.0) * to.x / to.length_squared().powi(2) * (3.9 * 2.5 / (STEPS * STEPS) as f64);
     }
-    let options = ViewOptions {
-        bounces: Some(2),
-        direct_samples: 16,
-        light_paths: 4,
-        visibility_rays: 1,
-        near_samples: 8,
-        ..ViewOptions::default()
-    };
+    let options =
+        ViewOptions { bounces: Some(2), direct_samples: 16, light_paths: 4, visibility_rays: 1, near_samples: 8, ..ViewOptions::default() };
     view_case(device, "a far small window", (b.scene, w), eye, truth, 0.2, options)
 }
 
@@ -270,9 +264,12 @@ fn drawn(mean: f64, seed: u32) -> TracedMatrix {
 fn rare_hits_are_neither_stopped_at_too_early_nor_stated_too_small() {
     for (mean, target) in [(0.02, 0.2), (0.2, 0.1), (2.0, 0.05), (20.0, 0.02)] {
         let name = format!("{mean} hits per batch");
-        let case = Case { name: &name, shape: (1, 1), weights: vec![1.0], truth: mean, target, trace: Box::new(move |seed| drawn(mean, seed)) };
+        let case =
+            Case { name: &name, shape: (1, 1), weights: vec![1.0], truth: mean, target, trace: Box::new(move |seed| drawn(mean, seed)) };
         let found = found(&case, DRAWN_SEEDS);
         assert!((found.share() - 0.95).abs() <= OF_DRAWN, "{name}: {:.1} %", 100.0 * found.share());
-        assert!(found.squares.sqrt() < 1.1 * target, "{name}: {}", found.squares.sqrt());
+        // The root mean square of so many seeds is known to 3 %, three times which is allowed; of a number of hits that
+        // sampling stopped at, 25 at least, the estimate spreads 4 % wider than of a number of samples.
+        assert!(found.squares.sqrt() < (1.0 + 0.09 + 0.04) * found.stated, "{name}: {} {}", found.squares.sqrt(), found.stated);
     }
 }
