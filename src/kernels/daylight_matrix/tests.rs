@@ -345,3 +345,26 @@ fn other_windows_and_the_own_one_absorb() {
     println!("sum of D {found:.2}, with black plates {plate:.2}, with the far windows as holes {open:.2}");
     assert!((found / plate - 1.0).abs() < 0.01 && open > 1.1 * found, "{found} {plate} {open}");
 }
+
+#[test]
+fn a_window_before_a_wall_sees_no_sky_and_states_what_a_gap_might_show() {
+    let Some(device) = Device::for_tests("a walled-up window") else { return };
+    let mut b = crate::kernels::trace::rooms::Builder::default();
+    let black = b.grey(0.0);
+    b.room([-1.0, -3.0, 0.0], [4.0, 1.0, 4.0], black, &[]);
+    let (_, w) = crate::kernels::trace::rooms::asymmetric();
+    let sky = ReinhartSky::new(1).unwrap();
+    for first_round in [true, false] {
+        let options = DaylightOptions { paths: 64, batches: 4, first_round, keep_batches: true, ..DaylightOptions::default() };
+        let d = compute(&device, &b.scene, &w, sky, &options, &Silent).unwrap();
+        assert!(d.total.data().iter().all(|v| *v == 0.0));
+        // Half a path of 256, somewhere in the sky; later rounds add none.
+        let wanted = if first_round { 0.5f64.sqrt() / 256.0 } else { 0.0 };
+        for bin in [0, 60, 144] {
+            let stated: f64 = (0..sky.len()).map(|p| f64::from(d.standard_error.at(bin, p)[1])).sum();
+            assert!((stated - wanted).abs() < 1e-4 * wanted.max(1e-6), "{stated} {wanted}");
+            let of_batches: f64 = d.batches.iter().map(|b| f64::from(b.total.at(bin, 0)[1])).sum();
+            assert!(of_batches.abs() < 1e-9);
+        }
+    }
+}

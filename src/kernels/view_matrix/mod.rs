@@ -302,8 +302,11 @@ impl<'d> ViewTracer<'d> {
                         }
                     }
                     let (mean, error) = mean_and_error(&values);
+                    // Doubts alone: what their sum's rounding leaves is no light.
+                    let cleaned = |value: f64| if value.abs() < 1e-12 * error { 0.0 } else { value };
+                    let (mean, straight) = (cleaned(mean), cleaned(straight / batches as f64));
                     result.total.at_mut(first + sensor, bin)[c] = mean as f32;
-                    result.direct.at_mut(first + sensor, bin)[c] = ((straight / batches as f64) as f32).min(mean as f32);
+                    result.direct.at_mut(first + sensor, bin)[c] = (straight as f32).min(mean as f32);
                     result.standard_error.at_mut(first + sensor, bin)[c] = error as f32;
                 }
             }

@@ -268,6 +268,8 @@ fn rare_hits_are_neither_stopped_at_too_early_nor_stated_too_small() {
             Case { name: &name, shape: (1, 1), weights: vec![1.0], truth: mean, target, trace: Box::new(move |seed| drawn(mean, seed)) };
         let found = found(&case, DRAWN_SEEDS);
         assert!((found.share() - 0.95).abs() <= OF_DRAWN, "{name}: {:.1} %", 100.0 * found.share());
-        assert!(found.squares.sqrt() < 1.1 * target, "{name}: {}", found.squares.sqrt());
+        // The root mean square of so many seeds is known to 3 %, three times which is allowed; of a number of hits that
+        // sampling stopped at, 25 at least, the estimate spreads 4 % wider than of a number of samples.
+        assert!(found.squares.sqrt() < (1.0 + 0.09 + 0.04) * found.stated, "{name}: {} {}", found.squares.sqrt(), found.stated);
     }
 }
