@@ -1,18 +1,19 @@
 //! What the phases of a run cost: rays as the kernels count them, products, and seconds on a slow device.
 //!
-//! The counts follow the kernels' loops; what depends on chance (how long paths live) comes from the mean
-//! reflectance of the scene. A test holds them to what a run counts.
+//! The counts follow the kernels' loops; what depends on chance (how long paths live) comes from a few walks
+//! through the scene. A test holds them to what a run counts.
 
 use super::presets::{daylight_options, image_options, pane_options, rounds, sun_options, sun_picture_options, view_options};
+use crate::bvh::Caster;
 use crate::error::Result;
 use crate::kernels::daylight_matrix::unobstructed;
-use crate::scene::{MaterialKind, Scene};
+use crate::random::Random;
+use crate::scene::{MaterialKind, Triangle};
 use crate::simulate::inputs::Inputs;
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::project::Project;
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::views::{ImageHours, ViewSection};
-use crate::units::BRIGHTNESS_WEIGHTS;
 use serde::Serialize;
 
 /// Bytes of an RGB value.
@@ -105,8 +106,8 @@ struct Lives {
 }
 
 impl Lives {
-    fn new(scene: &Scene, bounces: Option<u32>, roulette: f32) -> Self {
-        Self { kept: mean_reflectance(scene).clamp(0.05, 0.95), bounces, roulette: f64::from(roulette) }
+    fn new(inputs: &Inputs, bounces: Option<u32>, roulette: f32) -> Self {
+        Self { kept: mean_kept(inputs).clamp(0.05, 0.95), bounces, roulette: f64::from(roulette) }
     }
 
     fn most(&self) -> f64 {
@@ -124,24 +125,52 @@ impl Lives {
     }
 }
 
-/// Mean over the area of all surfaces, of what they reflect or pass.
-fn mean_reflectance(scene: &Scene) -> f64 {
-    let luminous = |c: [f64; 3]| c.iter().zip(BRIGHTNESS_WEIGHTS).map(|(v, w)| v * w).sum::<f64>();
-    let (mut area, mut kept) = (0.0, 0.0);
-    for t in &scene.triangles {
-        let share = match scene.materials[t.material.0 as usize].kind {
-            MaterialKind::Plastic { color, .. } | MaterialKind::Metal { color, .. } | MaterialKind::Mirror { color } => luminous(color),
-            MaterialKind::Trans { color, .. } => luminous(color),
-            // Paths go on through them; they are no vertices.
-            MaterialKind::Glass { .. } | MaterialKind::Void => continue,
-            MaterialKind::Light { .. } | MaterialKind::Glow { .. } => 0.0,
-        };
-        let [a, b, c] = t.vertices;
-        let own = (b - a).cross(c - a).length();
-        area += own;
-        kept += own * share;
+/// What a path that starts in a window keeps of its weight at a surface, on average: by walks of some
+/// reflections on the host, as far as they are alive. What meets a window or nothing keeps nothing.
+fn mean_kept(inputs: &Inputs) -> f64 {
+    const WALKS: usize = 512;
+    const MOST: usize = 8;
+    let scene = &inputs.scene;
+    let kind = |t: &Triangle| scene.materials[t.material.0 as usize].kind;
+    // Paths pass panes of glass; they are no vertices.
+    let solid: Vec<&Triangle> =
+        scene.triangles.iter().filter(|t| !matches!(kind(t), MaterialKind::Glass { .. } | MaterialKind::Void)).collect();
+    let (Some(surfaces), Some(windows)) = (
+        Caster::new(solid.iter().map(|t| t.vertices).collect()),
+        Caster::new(inputs.windows.iter().flat_map(|w| w.window.triangles.clone()).collect()),
+    ) else {
+        return 0.0;
+    };
+    let (mut alive, mut kept) = (0.0, 0.0);
+    for walk in 0..WALKS {
+        let mut random = Random(walk as u64);
+        let window = &inputs.windows[walk % inputs.windows.len()].window;
+        let mut origin = random.point_on(&window.triangles);
+        let mut direction = random.cosine_direction(window.frame.z);
+        let mut weight = 1.0;
+        for _ in 0..MOST {
+            alive += weight;
+            let Some((distance, number)) = surfaces.nearest(origin, direction, 1e-6) else { break };
+            if windows.nearest(origin, direction, 1e-6).is_some_and(|(d, _)| d < distance) {
+                break;
+            }
+            weight *= match kind(solid[number]) {
+                MaterialKind::Plastic { color, .. } | MaterialKind::Metal { color, .. } => largest(color),
+                MaterialKind::Trans { color, .. } | MaterialKind::Mirror { color } => largest(color),
+                _ => 0.0,
+            };
+            kept += weight;
+            let [a, b, c] = solid[number].vertices;
+            let normal = (b - a).cross(c - a).normalize_or(direction);
+            origin += distance * direction;
+            direction = random.cosine_direction(if normal.dot(direction) < 0.0 { normal } else { -normal });
+        }
     }
-    if area > 0.0 { kept / area } else { 0.0 }
+    if alive > 0.0 { kept / alive } else { 0.0 }
+}
+
+fn largest(color: [f64; 3]) -> f64 {
+    color.into_iter().fold(0.0, f64::max)
 }
 
 /// Rays of D of a window, if it is traced.
@@ -154,7 +183,7 @@ pub(super) fn daylight_rays(project: &Project, inputs: &Inputs, window: usize) -
 /// Rays of V of so many sensors.
 fn view_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
     let (o, bins, sensors) = (view_options(project, 0), inputs.bins() as f64, sensors as f64);
-    let lives = Lives::new(&inputs.scene, o.bounces, o.roulette_weight);
+    let lives = Lives::new(inputs, o.bounces, o.roulette_weight);
     let paths = bins * f64::from(o.light_paths) * f64::from(o.batches);
     let connections = sensors * bins * f64::from(o.batches) * f64::from(o.visibility_rays) * lives.most_vertices(paths);
     let own = sensors * f64::from(o.batches) * (f64::from(o.direct_samples) + NEAR_SEGMENTS * f64::from(o.near_samples));

@@ -273,3 +273,6 @@ impl fmt::Display for RunPlan {
         write!(f, "Slow: software Vulkan on two cores, about {total:.0} s in all; a discrete GPU traces some hundred times as fast.")
     }
 }
+
+#[cfg(test)]
+mod tests;

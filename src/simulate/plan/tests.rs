@@ -1,13 +1,11 @@
-//! `lucarne plan` against `lucarne run`: what the plan foretells is what the run counts.
+//! The plan against the run: what is foretold is what is counted.
 
-mod device;
-
-use device::device;
-use lucarne::Warnings;
-use lucarne::progress::Silent;
-use lucarne::simulate::plan::plan;
-use lucarne::simulate::project::Preset;
-use lucarne::simulate::{Inputs, Project, run};
+use super::plan;
+use crate::error::Warnings;
+use crate::gpu::Device;
+use crate::progress::Silent;
+use crate::simulate::project::Preset;
+use crate::simulate::{Inputs, Project, run};
 use std::path::{Path, PathBuf};
 
 /// How far the number of rays may be from the foretold one: paths end by chance.
@@ -20,7 +18,7 @@ fn shipped() -> Vec<PathBuf> {
 
 #[test]
 fn the_rays_of_every_phase_are_those_foretold() {
-    let Some(device) = device("foretold rays") else { return };
+    let device = Device::shared().unwrap();
     for file in shipped() {
         let mut project = Project::read(&file).unwrap();
         project.quality.preset = Preset::Draft;
@@ -69,8 +67,8 @@ fn states_and_pictures_cost_what_they_are_more() {
     window.states = vec![window.bsdf.clone(), window.bsdf.clone(), window.bsdf.clone()];
     assert!((seconds(&project, "glare of desk") / one - 3.0).abs() < 1e-9);
     assert_eq!(seconds(&project, "pictures"), 0.0);
-    project.images.hours = lucarne::simulate::project::views::ImageHours::Chosen(vec![12, 4716]);
+    project.images.hours = crate::simulate::project::views::ImageHours::Chosen(vec![12, 4716]);
     let two = seconds(&project, "pictures");
-    project.images.hours = lucarne::simulate::project::views::ImageHours::Daylight;
+    project.images.hours = crate::simulate::project::views::ImageHours::Daylight;
     assert!((seconds(&project, "pictures") / two - 4405.0 / 2.0).abs() < 1e-6);
 }
