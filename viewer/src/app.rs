@@ -152,7 +152,8 @@ impl App {
             || !self.waiting.is_empty()
             || self.bsdf.busy()
             || self.picture.busy()
-            || self.year.busy()
+            || self.year.follows_facade()
+            || (self.views.panel == PanelKind::Year && self.year.busy())
             || self.grid.busy()
     }
 

@@ -110,6 +110,14 @@ pub fn halo_text(painter: &egui::Painter, at: Pos2, anchor: Align2, text: &str, 
     painter.text(at, anchor, text, FontId::proportional(size), Color32::WHITE);
 }
 
+/// A title above a field, cut off where the field ends.
+pub fn title_above(ui: &egui::Ui, field: Rect, title: &str) {
+    let mut job = egui::text::LayoutJob::simple_singleline(title.to_string(), FontId::proportional(13.0), ui.visuals().text_color());
+    job.wrap = egui::text::TextWrapping::truncate_at_width(field.width());
+    let text = ui.painter().layout_job(job);
+    ui.painter().galley(field.left_top() - vec2(0.0, 6.0 + text.size().y), text, Color32::PLACEHOLDER);
+}
+
 /// Dims what is shown in place of something else, and says what it is.
 pub fn veil(ui: &egui::Ui, rect: Rect, text: &str) {
     let fill = ui.visuals().panel_fill;

@@ -146,7 +146,7 @@ impl GridPanel {
                 ui.end_row();
             }
             let (share, count) = group.map_or((None, 0), |g| spatial_autonomy(&self.autonomy, |s| g.is_of_plan(s)));
-            ui.weak("area with DA300 ≥ 50 %").on_hover_text(
+            ui.weak("sensors with DA300 ≥ 50 %").on_hover_text(
                 "Share of the sensors facing up that have 300 lx or more for half of the hours from 8:00 to 18:00. \
                  Not LM-83's sDA, which moves blinds.",
             );
@@ -155,14 +155,18 @@ impl GridPanel {
             others = group.map_or(0, |g| g.len() - count);
         });
         let mut about =
-            "Occupied: 8:00 to 18:00 standard time, every day. No blinds are moved: the area's share is not LM-83's sDA.".to_string();
+            "Occupied: 8:00 to 18:00 standard time, every day. No blinds are moved: the share of sensors is not LM-83's sDA.".to_string();
         if group.is_some_and(|g| g.directions.is_empty()) {
             about += " Where the sensors face is not known: all count.";
         }
         if others > 0 {
             about += &format!(" {others} of the sensors do not face up, and do not count in it.");
         }
-        about += &state.map_or(" The façade as computed.".to_string(), |s| format!(" The façade with {s}."));
+        about += &match (&self.note, state) {
+            (Some(note), _) => format!(" Shown: {note}."),
+            (None, Some(state)) => format!(" The façade with {state}."),
+            (None, None) => " The façade as computed.".to_string(),
+        };
         ui.add(egui::Label::new(RichText::new(about).small().weak()).wrap());
     }
 

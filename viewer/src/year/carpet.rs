@@ -113,14 +113,22 @@ pub fn show(
     let ink = ui.visuals().text_color();
     painter.image(id, layout.field, Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0)), Color32::WHITE);
     painter.rect_stroke(layout.field, 0.0, Stroke::new(1.0, plot::axis(ui)), egui::StrokeKind::Outside);
-    painter.text(layout.field.left_top() - vec2(0.0, 6.0), Align2::LEFT_BOTTOM, title, FontId::proportional(13.0), ink);
+    plot::title_above(ui, layout.field, title);
+    // A narrow carpet has room for a letter.
+    let letters = if layout.field.width() < 12.0 * 30.0 { 1 } else { 3 };
     for (name, day) in months(stamps, per_day) {
         let cell = layout.cell(day * per_day);
         painter.line_segment(
             [pos2(cell.left(), layout.field.bottom()), pos2(cell.left(), layout.field.bottom() + 4.0)],
             Stroke::new(1.0, plot::axis(ui)),
         );
-        painter.text(pos2(cell.left() + 4.0, layout.field.bottom() + 3.0), Align2::LEFT_TOP, name, FontId::proportional(11.5), ink);
+        painter.text(
+            pos2(cell.left() + 4.0, layout.field.bottom() + 3.0),
+            Align2::LEFT_TOP,
+            &name[..letters],
+            FontId::proportional(11.5),
+            ink,
+        );
     }
     for hour in [0, 6, 12, 18, 24] {
         let y = layout.field.bottom() - layout.field.height() * hour as f32 / 24.0;

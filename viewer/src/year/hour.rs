@@ -67,7 +67,7 @@ impl YearPanel {
             return rect.right();
         };
         let (w, h) = (shown.file.picture.width as f32, shown.file.picture.height as f32);
-        let facts = 210.0;
+        let facts = (rect.width() * 0.5).min(210.0);
         let room = vec2(rect.width() - BAR_WIDTH - 24.0 - facts, rect.height() - 4.0);
         let unit = (room.x / w).min(room.y / h);
         let place = Rect::from_min_size(pos2(rect.left() + 46.0, rect.top()), vec2(w, h) * unit);

@@ -82,12 +82,17 @@ impl YearPanel {
         self.pending.push(file);
     }
 
-    /// Whether the picture or the carpet will still change.
+    /// Whether the year's illuminance will still change.
+    pub fn follows_facade(&self) -> bool {
+        self.states.busy()
+    }
+
+    /// Whether anything of this panel will still change while it is shown.
     pub fn busy(&self) -> bool {
         let picture = self.scrubber.as_ref().is_some_and(|s| {
             self.failed.is_none() && (s.wanted() != self.shown.as_ref().filter(|p| p.whole).map(|p| &p.wish) || self.waits_for_glare())
         });
-        picture || self.states.busy() || self.sky.busy() || !self.pending.is_empty()
+        picture || self.sky.busy() || !self.pending.is_empty()
     }
 
     /// The year's illuminance in the chosen state of the façade.
@@ -268,15 +273,20 @@ impl YearPanel {
         let (quantity, changed) = (view.quantity, self.states.changed(&view.fractions));
         let error = |hour: usize| quantity.error(results, hour).filter(|_| !changed);
         ui.horizontal(|ui| {
-            ui.label(RichText::new(stamp.text()).strong().size(17.0));
-            ui.weak(format!("hour {}", view.hour));
-            let value = self.values.1.get(view.hour).copied().unwrap_or(f64::NAN);
-            ui.strong(view.quantity.text(results, view.hour, value, error(view.hour)));
             let play = if self.playing { "Stop" } else { "Play the day" };
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.button(play).on_hover_text("Space").clicked() {
                     self.playing = !self.playing;
                 }
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    ui.label(RichText::new(stamp.text()).strong().size(17.0));
+                    if ui.available_width() > 220.0 {
+                        ui.weak(format!("hour {}", view.hour));
+                    }
+                    let value = self.values.1.get(view.hour).copied().unwrap_or(f64::NAN);
+                    let text = view.quantity.text(results, view.hour, value, error(view.hour));
+                    ui.add(egui::Label::new(RichText::new(text).strong()).truncate());
+                });
             });
         });
         if let Some(note) = &self.note {
