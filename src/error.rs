@@ -4,7 +4,6 @@
 //! that know only *what* return `Error::new`; callers that know *where* add it on the way up.
 //! Broken invariants of the program itself are `assert!`s, never an `Error`.
 
-use crate::limits::WARNINGS_OF_A_KIND;
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
@@ -130,6 +129,8 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+/// Warnings of one kind that are kept in full; the last of them says how many more there were.
+pub const WARNINGS_OF_A_KIND: usize = 20;
 /// Warnings that are remembered in order not to be counted twice.
 const REMEMBERED: usize = 1 << 20;
 

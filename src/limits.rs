@@ -37,8 +37,7 @@ pub const VERTICES: usize = 3 * TRIANGLES;
 /// Elements of a glTF accessor that has no data of its own.
 pub const EMPTY_ELEMENTS: usize = 1 << 22;
 
-/// Warnings of one kind that are kept in full; the last of them says how many more there were.
-pub const WARNINGS_OF_A_KIND: usize = 20;
+pub use crate::error::WARNINGS_OF_A_KIND;
 
 /// The error of a limit: `what` ("the scene has", "this xform makes") more than `limit` of `unit`.
 pub fn exceeded(what: &str, limit: usize, unit: &str) -> Error {

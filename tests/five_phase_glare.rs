@@ -22,7 +22,6 @@ use std::process::Command;
 use std::sync::Arc;
 
 #[path = "../src/testing.rs"]
-#[allow(dead_code, reason = "shared with other tests")]
 mod testing;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/blinds");

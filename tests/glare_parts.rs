@@ -5,7 +5,6 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 #[path = "../src/testing.rs"]
-#[allow(dead_code, reason = "shared with other tests")]
 mod testing;
 
 const FISHEYE: &str = "-vta -vp 0 0 0 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180";

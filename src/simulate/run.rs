@@ -205,7 +205,7 @@ fn summary(
         views,
         glare,
         matrices: ledger.matrices.clone(),
-        product: product,
+        product,
         seconds: ledger.seconds,
         paths: ledger.statistics.paths,
         rays,

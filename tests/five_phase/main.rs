@@ -19,7 +19,6 @@ use lucarne::{Result, Warnings};
 use std::path::{Path, PathBuf};
 
 #[path = "../../src/testing.rs"]
-#[allow(dead_code, reason = "shared with other tests")]
 mod testing;
 
 mod faults;

@@ -7,46 +7,17 @@ use crate::help;
 use crate::history::History;
 use crate::job::Job;
 use crate::open::{Opened, open};
+use crate::outbox::Outbox;
 use crate::picture::PicturePanel;
 use crate::remember::Remembered;
 use crate::results::Results;
-use crate::save::{Saving, Writer};
+use crate::save::Saving;
 use crate::year::YearPanel;
 use crate::{bsdf, grid, picture, year};
 use eframe::egui::{self, Color32, Key, KeyboardShortcut, Modifiers};
 use lucarne::image::palette::Palette;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// What a panel wants the window to do.
-#[derive(Default)]
-pub struct Outbox {
-    messages: Vec<(bool, String)>,
-    save: Option<(PathBuf, Writer)>,
-    show: Option<PanelKind>,
-}
-
-impl Outbox {
-    /// Tells the user about a failure.
-    pub fn error(&mut self, text: String) {
-        self.messages.push((true, text));
-    }
-
-    /// Tells the user that something was done.
-    pub fn note(&mut self, text: String) {
-        self.messages.push((false, text));
-    }
-
-    /// Asks for a name, then writes.
-    pub fn save(&mut self, name: PathBuf, write: Writer) {
-        self.save = Some((name, write));
-    }
-
-    /// Changes to another panel.
-    pub fn show(&mut self, panel: PanelKind) {
-        self.show = Some(panel);
-    }
-}
 
 /// Everything the user has chosen: what undo brings back.
 #[derive(Clone, PartialEq, Default)]

@@ -16,12 +16,14 @@ mod list;
 mod menu;
 mod offscreen;
 mod open;
+mod outbox;
 mod picture;
 mod plot;
 mod remember;
 mod results;
 mod save;
 mod scale;
+mod stamp;
 #[cfg(test)]
 #[path = "../../src/testing.rs"]
 mod testing;

@@ -1,6 +1,6 @@
 //! A result folder: what `lucarne run` writes, read as far as it is needed.
 
-use crate::year::model::Stamp;
+use crate::stamp::Stamp;
 use glam::DVec3;
 use lucarne::glare::annual::GlareClass;
 use lucarne::matrix::Matrix;

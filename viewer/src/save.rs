@@ -1,12 +1,8 @@
 //! The small window that asks where to save.
 
-use crate::app::Outbox;
+use crate::outbox::{Outbox, Writer};
 use eframe::egui;
-use lucarne::Result;
 use std::path::{Path, PathBuf};
-
-/// Writes to a path.
-pub type Writer = Box<dyn FnOnce(&Path) -> Result<()>>;
 
 /// A file that waits for its name.
 pub struct Saving {

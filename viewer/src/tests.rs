@@ -59,7 +59,7 @@ fn make_results() -> lucarne::Result<tempfile::TempDir> {
     let positions: Vec<DVec3> = (0..6).map(|s| DVec3::new((s % 3) as f64, (s / 3) as f64, 0.8)).collect();
     let labels: Vec<String> = positions.iter().enumerate().map(|(i, p)| format!("{} ({} {} {})", i + 1, p.x, p.y, p.z)).collect();
     let mut csv = format!("month,day,hour,{}\n", labels.join(","));
-    for stamp in crate::year::model::Stamp::common_year(8760) {
+    for stamp in crate::stamp::Stamp::common_year(8760) {
         csv += &format!("{},{},{:.3},0\n", stamp.month, stamp.day, stamp.hour);
     }
     std::fs::write(folder.path().join("illuminance/desks.csv"), csv).unwrap();

@@ -5,7 +5,7 @@ use super::disc::Projection;
 use super::export;
 use super::model::{Band, Compare, View, plain_words};
 use super::paint::{fault_color, heading, ok_color, palette_choice};
-use crate::app::Outbox;
+use crate::outbox::Outbox;
 use crate::plot;
 use eframe::egui::{self, RichText, vec2};
 use lucarne::bsdf::Component;

@@ -2,7 +2,7 @@
 
 use crate::results::{Group, Results};
 use crate::scale::ScaleChoice;
-use crate::year::model::Stamp;
+use crate::stamp::Stamp;
 use glam::{DVec2, DVec3};
 use lucarne::image::palette::Palette;
 use lucarne::matrix::Matrix;

@@ -2,9 +2,9 @@
 
 use super::model::{Judged, Mode, PictureFile, Tone, Tool, View, histogram, judge, profile};
 use super::show;
-use crate::app::Outbox;
 use crate::bsdf::palette_choice;
 use crate::job::Derived;
+use crate::outbox::Outbox;
 use crate::plot::{self, Axes, empty_state, halo_text};
 use crate::scale::{BAR_WIDTH, draggable_bar};
 use crate::texture::CachedTexture;

@@ -1,8 +1,9 @@
 //! The carpet of a year: days to the right, hours of the day upwards.
 
-use super::model::{Quantity, Stamp, View, class_name, months, steps_per_day};
+use super::model::{Quantity, View, class_name};
 use crate::plot::{self, color32};
 use crate::scale::{BAR_WIDTH, ColorBar, draggable_bar};
+use crate::stamp::{Stamp, months, steps_per_day};
 use crate::texture::CachedTexture;
 use eframe::egui::{self, Align2, Color32, ColorImage, FontId, Rect, Sense, Stroke, pos2, vec2};
 use lucarne::glare::annual::{CLASS_LIMITS, GlareClass};

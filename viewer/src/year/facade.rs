@@ -1,7 +1,7 @@
 //! What the windows let in at an hour, in any state of the façade: T·D·S, and with five phases what of
 //! it is the sun's patches seen straight.
 
-use super::scrub::Wish;
+use super::wish::Wish;
 use crate::results::Results;
 use lucarne::bins::ReinhartSky;
 use lucarne::kernels::product;

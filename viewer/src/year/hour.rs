@@ -1,7 +1,7 @@
 //! The hour itself: its picture, its day, its plan.
 
 use super::YearPanel;
-use super::model::{View, steps_per_day};
+use super::model::View;
 use super::panel::plan_group;
 use crate::grid;
 use crate::picture::model::Mode;
@@ -9,6 +9,7 @@ use crate::picture::show;
 use crate::plot::{self, Axes, halo_text};
 use crate::results::Results;
 use crate::scale::{BAR_WIDTH, draggable_bar};
+use crate::stamp::steps_per_day;
 use eframe::egui::{self, Align2, Color32, FontId, Rect, Sense, Stroke, pos2, vec2};
 use lucarne::glare::annual::GlareClass;
 use lucarne::image::palette::{round_steps, round_up, rounded_number};

@@ -10,6 +10,7 @@ mod panel;
 pub mod scrub;
 mod side;
 mod states;
+mod wish;
 
 pub use panel::YearPanel;
 pub use states::YearLux;

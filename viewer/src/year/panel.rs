@@ -1,15 +1,17 @@
 //! Painting the Year panel and taking its clicks.
 
 use super::carpet;
-use super::model::{Quantity, Ranking, View, glare_quantity, steps_per_day, typical_maximum};
-use super::scrub::{Answer, Scrubber, Wish};
+use super::model::{Quantity, Ranking, View, glare_quantity, typical_maximum};
+use super::scrub::{Answer, Scrubber};
 use super::states::{States, YearLux};
-use crate::app::Outbox;
+use super::wish::Wish;
 use crate::bsdf::model::BsdfFile;
 use crate::job::Derived;
+use crate::outbox::Outbox;
 use crate::picture::model::{Judged, PictureFile};
 use crate::plot::{self, empty_state};
 use crate::results::Results;
+use crate::stamp::steps_per_day;
 use crate::texture::CachedTexture;
 use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2, vec2};
 use lucarne::matrix::Matrix;

@@ -4,13 +4,13 @@
 
 use super::facade::Facade;
 use super::lines::{Lines, native};
+use super::wish::Wish;
 use crate::picture::model::{Judge, Judged, PictureFile};
 use crate::results::{Results, ViewFile};
 use eframe::egui;
 use lucarne::image::Picture;
 use lucarne::kernels::product::{self, Arrangement, Factor, Multiplier};
 use lucarne::kernels::sun_matrix::pixels::SparsePicture;
-use lucarne::matrix::Matrix;
 use lucarne::matrix::rows::MatrixRows;
 use lucarne::simulate::store::sun_pictures::SunPictures;
 use lucarne::{Error, Result};
@@ -23,36 +23,6 @@ use std::time::{Duration, Instant};
 const PARTIAL: Duration = Duration::from_millis(250);
 /// How long dragging must rest before glare is looked for.
 const PAUSE: Duration = Duration::from_millis(200);
-
-/// A picture that is wanted.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Wish {
-    /// Hour of the year.
-    pub hour: usize,
-    /// How far each window is on its way to its second state.
-    pub fractions: Vec<f64>,
-    /// Second states, by window; the number tells sets apart.
-    pub states: (u64, Arc<Vec<Option<Matrix<f32>>>>),
-}
-
-impl Wish {
-    /// What this is when another one is wanted; nothing if it is the wanted one.
-    pub fn instead_of(&self, wanted: &Self, results: &Results) -> Option<String> {
-        if self == wanted {
-            return None;
-        }
-        match results.stamps.get(self.hour).filter(|_| self.hour != wanted.hour) {
-            Some(stamp) => Some(format!("picture of {}", stamp.text())),
-            None => Some("picture of an earlier state".into()),
-        }
-    }
-
-    /// How much of a window is still in its first state.
-    pub fn share(&self, window: usize) -> f64 {
-        let has_second = self.states.1.get(window).is_some_and(Option::is_some);
-        1.0 - self.fractions.get(window).filter(|_| has_second).map_or(0.0, |f| f.clamp(0.0, 1.0))
-    }
-}
 
 /// What comes back.
 pub enum Answer {

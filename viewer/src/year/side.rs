@@ -3,11 +3,11 @@
 use super::YearPanel;
 use super::dome;
 use super::model::{Quantity, View, glare_quantity};
-use crate::app::Outbox;
 use crate::args::PanelKind;
 use crate::bsdf::model::BsdfFile;
 use crate::bsdf::palette_choice;
 use crate::list::choose;
+use crate::outbox::Outbox;
 use crate::picture::model::Mode;
 use crate::results::Results;
 use eframe::egui::{self, Key, RichText, vec2};

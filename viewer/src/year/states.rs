@@ -1,7 +1,7 @@
 //! States of the façade: a second BSDF per window, and everything in between.
 
 use super::facade::Facade;
-use super::scrub::Wish;
+use super::wish::Wish;
 use crate::bsdf::model::BsdfFile;
 use crate::job::Derived;
 use crate::results::Results;
