@@ -2,6 +2,8 @@
 //! pictures of the same hours given to `lucarne glare`.
 
 mod device;
+#[path = "../src/testing.rs"]
+mod testing;
 
 use device::device;
 use lucarne::Warnings;

@@ -3,6 +3,8 @@
 //! (`src/kernels/**/extremes.rs`), those of skies in `src/sky`.
 
 mod device;
+#[path = "../src/testing.rs"]
+mod testing;
 
 use device::device;
 use lucarne::matrix::Matrix;

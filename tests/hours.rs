@@ -2,6 +2,8 @@
 //! numbered by the hour of the year.
 
 mod device;
+#[path = "../src/testing.rs"]
+mod testing;
 
 use device::device;
 use lucarne::Warnings;

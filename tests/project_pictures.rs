@@ -3,6 +3,8 @@
 //! a second run traces nothing.
 
 mod device;
+#[path = "../src/testing.rs"]
+mod testing;
 
 use device::device;
 use lucarne::camera::{Raster, View};

@@ -2,6 +2,8 @@
 //! is met, whatever the resume point.
 
 mod device;
+#[path = "../src/testing.rs"]
+mod testing;
 
 use device::device;
 use lucarne::Warnings;

@@ -2,6 +2,8 @@
 //! BSDFs that are what they claim to be.
 
 mod device;
+#[path = "../src/testing.rs"]
+mod testing;
 
 use device::device;
 use lucarne::bins::{AngleBasis, KlemsBasis, ReinhartSky};

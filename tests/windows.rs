@@ -1,6 +1,8 @@
 //! What windows of a whole project do to each other's light: they absorb it, in every matrix.
 
 mod device;
+#[path = "../src/testing.rs"]
+mod testing;
 
 use device::device;
 use lucarne::Warnings;

@@ -1,11 +1,8 @@
-//! The device that integration tests share.
+//! The device that integration tests share. Whoever includes this has `src/testing.rs` as its module `testing`.
 
 use lucarne::gpu::Device;
 
-#[path = "../../src/testing.rs"]
-mod testing;
-
 /// The device, or a skip of `what`.
 pub fn device(what: &str) -> Option<Device> {
-    testing::device(Device::shared(), what)
+    crate::testing::device(Device::shared(), what)
 }

@@ -238,6 +238,7 @@ fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lucarne::matrix::Matrix;
 
     /// A day in the room with blinds as `lucarne run` has it, and the same from the matrices.
     #[test]
