@@ -25,7 +25,6 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-#[allow(dead_code, reason = "not every test needs every program")]
 #[path = "../src/testing.rs"]
 mod testing;
 
