@@ -119,7 +119,7 @@ struct ViewArgs {
     #[arg(long, value_name = "N")]
     near_samples: Option<u32>,
 
-    /// Distance (in window sizes) below which surfaces count as near
+    /// Distance (in window sizes) below which surfaces count as near; more where windows are small and far away
     #[arg(long, value_name = "D")]
     near_radius: Option<f32>,
 }

@@ -88,15 +88,12 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("trace/view_gather", "let cos_light = -dot(", "let cos_light = dot("),
     ("trace/view_gather", "distance2 * max(distance2, near2)", "distance2 * distance2"),
     ("trace/view_gather", "* 0.3183098861837907", "* 0.35"),
-    ("trace/view_direct", "windows[to_window.window], -to_window.direction", "windows[to_window.window], to_window.direction"),
     ("trace/view_direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
     ("trace/view_near", "1.0 - ratio * ratio", "1.0 - ratio"),
-    ("trace/view_near", "specular_before = true;", "specular_before = false;"),
     ("trace/view_near", "specular_before && !imaged && front", "specular_before && front"),
     ("trace/view_images", "passed * parts[1] *", "passed * parts[1].zyx *"),
     ("shared/window", "sqrt(max(1.0 - z * z, 0.0))", "max(1.0 - z * z, 0.0)"),
     ("shared/bins", "azimuth / TAU * f32(bins) + 0.5", "azimuth / TAU * f32(bins) + 1.0"),
-    ("shared/material", "let mirrored = incoming + 2.0 * cosine * facing;", "let mirrored = incoming + 1.9 * cosine * facing;"),
 ];
 
 const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[

@@ -199,6 +199,26 @@ fn bins_that_few_rays_meet_err_as_they_state() {
 }
 
 #[test]
+fn each_bin_behind_a_slit_has_its_own_share_of_light() {
+    let Some(device) = Device::for_tests("bins behind a wide slit") else { return };
+    let (scene, w) = screened(1.0);
+    // To the left of the slit: the right part of the window shows, and nothing of the left.
+    let eye = sensor([1.5, 2.0, 1.7], [0.0, -1.0, 0.0]);
+    let (samples, bounces) = (400_000, 1);
+    let reference =
+        crate::kernels::trace::reference::view_row(&scene, std::slice::from_ref(&w), eye.position, eye.direction, bounces, samples, 5);
+    let compare = || {
+        let options = ViewOptions { bounces: Some(bounces), direct_samples: 2048, ..ViewOptions::default() };
+        let v = compute(&device, &scene, std::slice::from_ref(&w), &[eye], &options, &Silent).unwrap();
+        crate::kernels::trace::comparison::agrees(&v, 0, &reference, samples)
+    };
+    println!("{}", compare().unwrap());
+    let fault = ("windows[to_window.window], -to_window.direction", "windows[to_window.window], to_window.direction");
+    let found = mutation::with("trace/view_direct", fault.0, fault.1, compare);
+    assert!(found.is_err(), "{found:?}");
+}
+
+#[test]
 fn reflections_that_no_path_found_are_doubted() {
     let Some(device) = Device::for_tests("doubtful reflections") else { return };
     let eye = sensor([1.0, 10.0, 1.0], [0.0, -1.0, 0.0]);
