@@ -75,7 +75,9 @@ fn assert_all_finite(folder: &Path) {
         match file.extension().and_then(|e| e.to_str()) {
             Some("mtx") => {
                 let m = read_matrix(&file).unwrap().matrix;
-                assert!(m.data().iter().all(|v| v.is_finite() && *v >= 0.0), "{}", file.display());
+                // Replicates deviate by what few hits leave open, to either side: their mean is not negative.
+                let replicates = file.file_stem().unwrap().to_string_lossy().starts_with("replicates_");
+                assert!(m.data().iter().all(|v| v.is_finite() && (replicates || *v >= 0.0)), "{}", file.display());
             }
             Some("csv" | "json") => {
                 let text = std::fs::read_to_string(&file).unwrap().to_lowercase();
@@ -97,7 +99,7 @@ fn what_a_black_room_receives_is_sky_and_sun_to_the_last_digits() {
     let folder = blinds("0");
     let at = folder.path();
     write_weather(at, 40.0, [9.5, 10.5, 11.5, 12.5].map(|hour| (6, 21, hour, 950.0, 20.0)));
-    write_project(at, "room.rad", "blind.xml", "shade = \"blinds.rad\"\n[method]\nphases = 5\nsuns = \"hourly\"");
+    write_project(at, "room.rad", "blind.xml", "shade = \"blinds.rad\"\n[method]\nsky_subdivision = 1\nphases = 5\nsuns = \"hourly\"");
     lucarne(at, &["run", "project.toml", "-o", "out"]);
     lucarne(at, &["sky", "-s", "weather.wea", "-o", "sky.mtx"]);
     let factors = ["out/matrices/V_room.mtx", "blind.xml", "out/matrices/D_south.mtx", "sky.mtx"];

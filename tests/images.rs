@@ -76,7 +76,7 @@ fn falsecolor_says_what_is_wrong() {
     hdr::write(&at("img.hdr"), &ramp()).unwrap();
     let bytes = std::fs::read(at("img.hdr")).unwrap();
     std::fs::write(at("cut.hdr"), &bytes[..bytes.len() / 2]).unwrap();
-    std::fs::write(at("text.hdr"), "hello\n\n-Y 1 +X 1\naaaa").unwrap();
+    std::fs::write(at("text.hdr"), "hello\n\nis this a picture?\naaaa").unwrap();
     fails(folder.path(), "falsecolor none.hdr -o a.png", "none.hdr");
     fails(folder.path(), "falsecolor cut.hdr -o a.png", "cut.hdr: scanline");
     fails(folder.path(), "falsecolor text.hdr -o a.png", "not a Radiance picture");

@@ -117,7 +117,7 @@ fn mistakes_are_explained_and_leave_no_file() {
     for (arguments, expected) in [
         ("sky bad.wea -o S.mtx", "bad.wea:10: direct normal irradiance: -1 is impossible"),
         ("sky short.wea -o S.mtx", "short.wea:"),
-        ("sky garbage.wea -o S.mtx", "garbage.wea:1: this is neither an EPW file"),
+        ("sky garbage.wea -o S.mtx", "garbage.wea:1: this is binary data, not a weather file"),
         ("sky none.wea -o S.mtx", "none.wea: No such file"),
         ("sky weather -o S.mtx", "weather: Is a directory"),
         ("sky weather/NYC.wea -m 7 -o S.mtx", "MF:7 does not exist"),

@@ -5,6 +5,11 @@ pub mod windows {
     #![doc = include_str!("windows.md")]
 }
 
+/// What is read, what is refused, and what is said.
+pub mod files {
+    #![doc = include_str!("files.md")]
+}
+
 /// The five-phase method: accurate suns.
 pub mod five_phases {
     #![doc = include_str!("five_phases.md")]

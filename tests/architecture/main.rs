@@ -19,27 +19,36 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("random", &[]),
     // Pages for users.
     ("guide", &[]),
+    ("limits", &[]),
     ("files", &[]),
+    // Opens what people wrote.
+    ("text", &["files"]),
     ("progress", &[]),
     // Knows the device, and nothing about daylight.
     ("gpu", &["progress"]),
     ("bins", &[]),
-    ("matrix", &["files", "progress"]),
-    ("bsdf", &["bins", "matrix", "files", "progress"]),
-    ("weather", &["files"]),
+    ("matrix", &["text", "files", "progress"]),
+    ("bsdf", &["bins", "matrix", "text", "files", "progress"]),
+    ("weather", &["text", "files"]),
     ("sky", &["bins", "weather", "matrix", "files", "progress"]),
-    ("scene", &["bins", "bsdf", "files", "progress"]),
+    ("scene", &["bins", "bsdf", "text", "files", "progress"]),
     ("bvh", &["progress"]),
-    ("camera", &["bins", "files"]),
+    ("camera", &["bins", "text", "files"]),
     ("image", &["camera", "files", "matrix", "progress"]),
     // Definitions of metrics in f64.
     ("glare", &["bins", "camera", "image", "matrix", "progress"]),
     // Device code with its host half: reads no files.
     ("kernels", &["gpu", "bins", "bsdf", "scene", "bvh", "sky", "camera", "image", "glare", "matrix", "progress"]),
-    ("simulate", &["gpu", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "matrix", "files", "progress"]),
+    (
+        "simulate",
+        &[
+            "gpu", "bvh", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "matrix", "text", "files",
+            "progress",
+        ],
+    ),
 ];
 
-const OPEN_TO_ALL: &[&str] = &["error", "units", "statistics", "random"];
+const OPEN_TO_ALL: &[&str] = &["error", "limits", "units", "statistics", "random"];
 
 /// The order inside the module that is a house of its own: each part imports only parts before it.
 const INSIDE_SIMULATE: &[&str] = &[

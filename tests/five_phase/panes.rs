@@ -90,7 +90,7 @@ fn suns_that_fill_the_skys_patches_cancel_the_direct_part() {
         "project.toml",
         &format!(
             "[weather]\nfile = \"w.wea\"\n[scene]\nfiles = [\"room.rad\"]\n[[window]]\nname = \"south\"\nsurface = \"window.rad\"\nbsdf = \"{bsdf}\"\n\
-         tensor_tree = \"{bsdf}\"\n[[sensors]]\nname = \"room\"\npoints = \"points.txt\"\n[method]\nphases = 5\nsuns = 1\n[quality]\npreset = \"draft\"\n"
+         tensor_tree = \"{bsdf}\"\n[[sensors]]\nname = \"room\"\npoints = \"points.txt\"\n[method]\nphases = 5\nsky_subdivision = 1\nsuns = 1\n[quality]\npreset = \"draft\"\n"
         ),
     );
     let project = Project::read(&folder.path().join("project.toml")).unwrap();

@@ -266,7 +266,7 @@ fn our_year(t: &Tutorial, folder: &Path, window: &str, rows: &[usize], preset: &
         "[weather]\nfile = \"{room}/weather/NYC.wea\"\n[scene]\nfiles = [\"{room}/materials.rad\", \"{room}/room.rad\"]\n\
          [[window]]\nname = \"south\"\nsurface = \"{room}/objects/GlazingVmtx.rad\"\nbsdf = \"{room}/bsdf/blinds_correct_klems.xml\"\n\
          {window}\n[[sensors]]\nname = \"points\"\npoints = \"chosen.txt\"\n\
-         [method]\nphases = 5\nsuns = 6\nbounces = 4\n[quality]\npreset = \"{preset}\"\n"
+         [method]\nphases = 5\nsky_subdivision = 1\nsuns = 6\nbounces = 4\n[quality]\npreset = \"{preset}\"\n"
     );
     std::fs::write(folder.join("project.toml"), text).unwrap();
     let project = Project::read(&folder.join("project.toml")).unwrap();

@@ -31,6 +31,8 @@ impl View {
         let glass = b.material(MaterialKind::Glass { transmissivity: [0.8, 0.7, 0.6], refraction_index: 1.52 });
         b.quad([[3.9, 0.5, 2.5], [3.9, 2.5, 2.5], [3.9, 2.5, 0.5], [3.9, 0.5, 0.5]], mirror);
         b.quad([[0.2, 1.0, 0.3], [2.5, 1.0, 0.3], [2.5, 1.0, 2.7], [0.2, 1.0, 2.7]], glass);
+        // Images of images, which no ray is aimed at.
+        b.quad([[2.0, 0.2, 0.05], [3.9, 0.2, 0.05], [3.9, 3.0, 0.05], [2.0, 3.0, 0.05]], mirror);
         // Towards the mirror; with the window behind; and in a corner, all of its light nearby.
         let sensors = vec![
             sensor([2.5, 1.4, 1.0], [1.0, 0.0, 0.2]),
@@ -46,7 +48,7 @@ impl View {
     }
 
     fn compare(&self, device: &Device) -> Result<String, String> {
-        let options = ViewOptions { bounces: Some(3), light_paths: 96, near_samples: 1024, near_radius: 2.0, ..ViewOptions::default() };
+        let options = ViewOptions { bounces: Some(3), light_paths: 96, near_samples: 8192, near_radius: 2.0, ..ViewOptions::default() };
         let v = view_matrix::compute(device, &self.scene, std::slice::from_ref(&self.window), &self.sensors, &options, &Silent)
             .map_err(|e| e.to_string())?;
         self.rows.iter().enumerate().map(|(row, r)| agrees(&v, row, r, SAMPLES)).collect()
@@ -73,7 +75,7 @@ impl Daylight {
     }
 
     fn compare(&self, device: &Device) -> Result<String, String> {
-        let options = DaylightOptions { bounces: Some(2), paths: 2048, ..DaylightOptions::default() };
+        let options = DaylightOptions { bounces: Some(2), paths: 8192, ..DaylightOptions::default() };
         let sky = ReinhartSky::new(1).unwrap();
         let d = daylight_matrix::compute(device, &self.scene, &self.window, sky, &options, &Silent).map_err(|e| e.to_string())?;
         self.rows.iter().map(|(bin, r)| agrees(&d, *bin, r, SAMPLES)).collect()
@@ -90,10 +92,12 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("trace/view_gather", "* 0.3183098861837907", "* 0.35"),
     ("trace/view_direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
     ("trace/view_near", "1.0 - ratio * ratio", "1.0 - ratio"),
+    ("trace/view_near", "specular_before = true;", "specular_before = false;"),
     ("trace/view_near", "specular_before && !imaged && front", "specular_before && front"),
     ("trace/view_images", "passed * parts[1] *", "passed * parts[1].zyx *"),
     ("shared/window", "sqrt(max(1.0 - z * z, 0.0))", "max(1.0 - z * z, 0.0)"),
     ("shared/bins", "azimuth / TAU * f32(bins) + 0.5", "azimuth / TAU * f32(bins) + 1.0"),
+    ("shared/material", "let mirrored = incoming + 2.0 * cosine * facing;", "let mirrored = incoming + 1.9 * cosine * facing;"),
 ];
 
 const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[

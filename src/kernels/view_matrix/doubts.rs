@@ -33,11 +33,13 @@ pub(super) struct DirectRow {
     of_windows: Vec<Met>,
     /// Window of each bin.
     window: Vec<usize>,
+    /// Nothing stands in the scene that could hide a window.
+    free: bool,
 }
 
 impl DirectRow {
     /// Of the sums `[batch][sensor][bin][rgb and unobstructed]` those of one sensor among `count`.
-    pub fn new(sums: &[u32], (sensor, count): (usize, usize), batches: usize, bins: usize, windows: &[Window]) -> Self {
+    pub fn new(sums: &[u32], (sensor, count): (usize, usize), batches: usize, bins: usize, windows: &[Window], free: bool) -> Self {
         let window: Vec<usize> = windows.iter().enumerate().flat_map(|(w, record)| std::iter::repeat_n(w, record.bins as usize)).collect();
         let mut row = Self {
             batches,
@@ -47,6 +49,7 @@ impl DirectRow {
             of_batches: vec![[0.0; 4]; batches * windows.len()],
             of_windows: vec![[0.0; 4]; windows.len()],
             window,
+            free,
         };
         for batch in 0..batches {
             for bin in 0..bins {
@@ -64,14 +67,14 @@ impl DirectRow {
 
     /// Share of a bin's light that arrives, by a batch. Bins too small for a batch to meet take the share of all
     /// batches; those that no sample met, that of the whole window; of a window that no sample met, a half
-    /// may be seen.
+    /// may be seen, or all if nothing could hide it.
     pub fn share(&self, batch: usize, bin: usize, c: usize) -> f64 {
         let w = self.window[bin];
         share(&self.own[batch * self.bins + bin], c)
             .or_else(|| share(&self.of_bins[bin], c))
             .or_else(|| share(&self.of_batches[batch * self.of_windows.len() + w], c))
             .or_else(|| share(&self.of_windows[w], c))
-            .unwrap_or(0.5)
+            .unwrap_or(if self.free { 1.0 } else { 0.5 })
     }
 
     /// Deviations of the batches by what few samples leave open, for each bin that has such. `exact` is what
@@ -100,7 +103,9 @@ impl DirectRow {
             // Partly seen, as far as some of the bin's few samples say; a window without any is seen or is not.
             let top = (0..self.bins).filter(|b| self.window[*b] == w).map(|b| brightest(&self.of_bins[b])).fold(0.0, f64::max);
             let unmet = (0..self.batches).any(|batch| self.own[batch * self.bins + bin][3] == 0.0);
-            if share(&self.of_windows[w], 0).is_none() {
+            if share(&self.of_windows[w], 0).is_none() && self.free {
+                continue;
+            } else if share(&self.of_windows[w], 0).is_none() {
                 add(0.5 * value, &pattern(Part::OTHERS + self.bins + w, self.batches));
             } else if unmet && top > 0.0 {
                 let n = number(&self.of_bins[bin]);

@@ -348,8 +348,10 @@ impl<'d> ViewTracer<'d> {
             self.sampled_part(&self.direct, &params, "direct view matrix", buffer, sensors.len(), o.direct_samples, cells, statistics)?;
         let exact: Vec<Vec<f64>> = sensors.par_iter().map(|s| self.unobstructed_row(s)).collect();
         let mut direct = vec![0.0; batches * sensors.len() * bins * 3];
+        // A single window in an empty scene: its own triangles are all there is.
+        let free = self.windows.len() == 1 && self.tables.triangles.len() <= self.windows[0].triangles.len();
         for (sensor, exact) in exact.iter().enumerate() {
-            let row = doubts::DirectRow::new(&sums, (sensor, sensors.len()), batches, bins, &self.tables.windows);
+            let row = doubts::DirectRow::new(&sums, (sensor, sensors.len()), batches, bins, &self.tables.windows, free);
             for (bin, &value) in exact.iter().enumerate().filter(|(_, value)| **value > 0.0) {
                 for batch in 0..batches {
                     let cell = ((batch * sensors.len() + sensor) * bins + bin) * 3;
