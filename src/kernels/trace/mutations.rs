@@ -97,7 +97,7 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("trace/view_images", "passed * parts[1] *", "passed * parts[1].zyx *"),
     ("shared/window", "sqrt(max(1.0 - z * z, 0.0))", "max(1.0 - z * z, 0.0)"),
     ("shared/bins", "azimuth / TAU * f32(bins) + 0.5", "azimuth / TAU * f32(bins) + 1.0"),
-    ("shared/material", "let mirrored = incoming + 2.0 * cosine * facing;", "let mirrored = incoming + 1.9 * cosine * facing;"),
+    ("shared/material", "let mirrored = incoming + 2.0 * cosine * facing;", "let mirrored = incoming + 1.5 * cosine * facing;"),
 ];
 
 const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[

@@ -254,7 +254,7 @@ mod tests {
             .iter()
             .fold(text, |text, file| text.replace(&format!("\"{file}\""), &format!("\"{scene}/{file}\"")))
             .replace("../office/weather/new_york.wea", "w.wea")
-            .replace("[300, 4716]", "[11, 13]")
+            .replace("[300, 4716]", "[347, 349]")
             .replace("[96, 96]", "[32, 32]")
             .replace("[glare]                             # DGP of every hour, suns as traced\nmethod = \"image\"\n", "")
             .replace("\"standard\"", "\"draft\"");
@@ -280,7 +280,7 @@ mod tests {
             (rgb, traced)
         };
         for hour in [11, 13] {
-            let stored = lucarne::image::hdr::read(&out.join(format!("images/seat/img_{hour:04}.hdr"))).unwrap();
+            let stored = lucarne::image::hdr::read(&out.join(format!("images/seat/img_{:04}.hdr", 14 * 24 + hour))).unwrap();
             let (found, traced) = render(hour, 0.0, None);
             assert!(traced);
             let most = stored.pixels.iter().flatten().copied().fold(0.0, f32::max);
