@@ -7,7 +7,8 @@ struct Receiver {
     // Unit length.
     normal: vec3<f32>,
     // Of sensors of the view matrix: bits of an f32, by which `near_radius` is multiplied if it is above 1.
-    padding1: u32,
+    // Of surface points before a camera: 1 if they lie on a shade, where light comes from everywhere. Else 0.
+    role: u32,
 }
 
 struct VirtualLight {

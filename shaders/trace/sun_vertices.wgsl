@@ -50,7 +50,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var throughput: vec3<f32>;
     var ended = false;
     // Receivers between slats are lit from all around.
-    if params.window_count > 0u && receiver.padding1 == 0u {
+    if params.window_count > 0u && receiver.role == 0u {
         let to_window = sample_windows(position, params.window_count, sample_pair(index, 0u, seed));
         direction = to_window.direction;
         let cosine = dot(direction, receiver.normal);

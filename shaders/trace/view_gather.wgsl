@@ -44,7 +44,7 @@ fn connection(sensor: Receiver, light: u32) -> f32 {
     let cos_sensor = dot(to_light, sensor.normal);
     let cos_light = -dot(to_light, lights[light].normal);
     let distance2 = dot(to_light, to_light);
-    let near = params.near_radius * max(bitcast<f32>(sensor.padding1), 1.0);
+    let near = params.near_radius * max(bitcast<f32>(sensor.role), 1.0);
     let near2 = near * near;
     return max(cos_sensor, 0.0) * max(cos_light, 0.0) / (distance2 * max(distance2, near2));
 }

@@ -65,7 +65,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sensor = sensors[batch * params.batch_stride + sensor_index];
     let row = batch * params.sensors + sensor_index;
     let seed = hash_combine(hash_combine(params.seed, batch), sensor.number);
-    let near_radius = params.near_radius * max(bitcast<f32>(sensor.padding1), 1.0);
+    let near_radius = params.near_radius * max(bitcast<f32>(sensor.role), 1.0);
     var position = sensor.position;
     var direction = cosine_direction(sensor.normal, sample_pair(index, 0u, seed));
     // Irradiance: every cosine-distributed path stands for π sr.

@@ -66,7 +66,8 @@ gpu_struct! {
         pub position: [f32; 3],
         pub number: u32,
         pub normal: [f32; 3],
-        pub padding1: u32,
+        /// See `shared/receiver.wgsl`.
+        pub role: u32,
     }
 }
 

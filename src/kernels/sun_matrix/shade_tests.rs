@@ -223,7 +223,7 @@ fn chosen(scene: &Scene, receivers: &[([f32; 3], [f32; 3])]) -> Option<Vec<bool>
     let tables = TraceTables::without_windows(scene, &[DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0)]);
     let receiver = |(position, normal): &([f32; 3], [f32; 3])| {
         let p = tables.normalization.point(glam::Vec3::from(*position).as_dvec3());
-        Receiver { position: p.to_array(), number: 0, normal: glam::Vec3::from(*normal).normalize().to_array(), padding1: 0 }
+        Receiver { position: p.to_array(), number: 0, normal: glam::Vec3::from(*normal).normalize().to_array(), role: 0 }
     };
     let receivers: Vec<Receiver> = receivers.iter().map(receiver).collect();
     Some(Cells::of(&tables)?.choose(&receivers, 16.0))

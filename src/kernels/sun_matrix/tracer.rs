@@ -273,7 +273,7 @@ impl<'d> SunTracer<'d> {
             position: beside(self.tables.normalization.point(sensor.position), normal).to_array(),
             number: number as u32,
             normal: normal.to_array(),
-            padding1: 0,
+            role: 0,
         }
     }
 

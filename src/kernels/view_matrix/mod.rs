@@ -245,7 +245,7 @@ impl<'d> ViewTracer<'d> {
                 position: beside_surface(self.tables.normalization.point(s.position), s.direction.normalize().as_vec3()).to_array(),
                 number: (first + i) as u32,
                 normal: s.direction.normalize().as_vec3().to_array(),
-                padding1: self.reach(s.position).to_bits(),
+                role: self.reach(s.position).to_bits(),
             })
             .collect();
         let sensors_buffer = self.device.upload("sensors", &records)?;

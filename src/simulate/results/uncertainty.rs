@@ -107,8 +107,13 @@ impl<'m> Deviations<'m> {
             let bins = first..first + window.window.basis.len();
             first = bins.end;
             let seen = self.columns_of(&receivers, bins)?;
-            for r in 0..self.chain.daylight[number].replicates.len() {
-                let Some(change) = self.change_of_light(multiplier, number, r)? else { continue };
+            let daylight = &self.chain.daylight[number];
+            if daylight.replicates.len() < 2 {
+                continue;
+            }
+            let means = [mean_of(&daylight.replicates), mean_of(&daylight.straight)];
+            for r in 0..daylight.replicates.len() {
+                let change = self.change_of_light(multiplier, number, r, &means)?;
                 let part = illuminance(multiplier, &seen, &change)?;
                 let own = &mut lux.data_mut()[r * n * hours..(r + 1) * n * hours];
                 own.par_iter_mut().zip(part.data()).for_each(|(sum, v)| *sum += v);
@@ -125,27 +130,30 @@ impl<'m> Deviations<'m> {
         Matrix::from_data(receivers.rows(), halves * bins.len(), 3, data)
     }
 
-    /// What a replicate of a window's D changes in the right factor of the formula; nothing if D is exact.
-    fn change_of_light(&self, multiplier: &dyn Multiplier, window: usize, replicate: usize) -> Result<Option<Matrix<f32>>> {
+    /// What a replicate of a window's D changes in the right factor of the formula, from the means of D and Dd.
+    fn change_of_light(
+        &self,
+        multiplier: &dyn Multiplier,
+        window: usize,
+        replicate: usize,
+        [total, direct]: &[Matrix<f32>; 2],
+    ) -> Result<Matrix<f32>> {
         let estimate = &self.chain.daylight[window];
-        if estimate.replicates.len() < 2 {
-            return Ok(None);
-        }
         let section = &self.chain.inputs.windows[window];
         let transmission = section.transmission.map(|v| v as f32);
-        let through = |all: &[Matrix<f32>], sky: &Matrix<f32>| {
-            let change = all[replicate].less(&mean_of(all));
+        let through = |all: &[Matrix<f32>], mean: &Matrix<f32>, sky: &Matrix<f32>| {
+            let change = all[replicate].less(mean);
             chain(multiplier, &[&transmission, &change, sky])
         };
-        let all = through(&estimate.replicates, &self.skies.whole)?;
+        let all = through(&estimate.replicates, total, &self.skies.whole)?;
         if !self.light.is_split() {
-            return Ok(Some(all));
+            return Ok(all);
         }
         let sun = match self.skies.sun.as_ref().filter(|_| section.is_sunny() && estimate.straight.len() > 1) {
-            Some(sun) => through(&estimate.straight, sun)?,
+            Some(sun) => through(&estimate.straight, direct, sun)?,
             None => Matrix::zeros(all.rows(), all.cols(), 3),
         };
-        Ok(Some(without_sun(all, &sun, Differences::Noisy)))
+        Ok(without_sun(all, &sun, Differences::Noisy))
     }
 }
 

@@ -117,7 +117,7 @@ impl<'d> PaneTracer<'d> {
         let normal = sensor.direction.normalize().as_vec3();
         let position = self.tables.normalization.point(sensor.position);
         let beside: Vec3 = position + normal * (1e-5 * (position.abs().max_element() + 0.5));
-        Receiver { position: beside.to_array(), number: number as u32, normal: normal.to_array(), padding1: 0 }
+        Receiver { position: beside.to_array(), number: number as u32, normal: normal.to_array(), role: 0 }
     }
 
     fn params(&self, receivers: usize, suns: usize, batch_stride: u32) -> PaneParams {
