@@ -48,6 +48,7 @@ name = "workplane"
 points = "{room}/points.txt"
 [method]
 bounces = 4
+sky_subdivision = 1
 [quality]
 preset = "standard"
 seed = {seed}
