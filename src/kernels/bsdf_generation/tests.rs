@@ -3,7 +3,7 @@ use crate::bins::AngleBasis;
 use crate::bins::KlemsBasis;
 use crate::bsdf::Component::{self, ReflectionBack, ReflectionFront, TransmissionBack, TransmissionFront};
 use crate::bsdf::blinds::Venetian;
-use crate::kernels::trace::reference::bsdf_column;
+use crate::kernels::bsdf_generation::reference::bsdf_column;
 use crate::kernels::trace::rooms::Builder;
 use crate::progress::Silent;
 use crate::scene::{MaterialIndex, MaterialKind, Scene, Triangle};

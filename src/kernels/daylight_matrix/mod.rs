@@ -5,6 +5,8 @@
 //! nothing absorbs. Patch 0 is the ground below the horizon.
 
 #[cfg(test)]
+pub(crate) mod reference;
+#[cfg(test)]
 mod tests;
 pub mod unobstructed;
 

@@ -2,11 +2,13 @@
 //! references fail.
 
 use super::comparison::agrees;
-use super::reference::{self, Estimate};
+use super::reference::Estimate;
 use super::rooms::{Builder, asymmetric, sensor, street};
 use crate::bins::{KlemsBasis, ReinhartSky};
 use crate::gpu::{Device, mutation};
+use crate::kernels::daylight_matrix::reference::daylight_row;
 use crate::kernels::daylight_matrix::{self, DaylightOptions};
+use crate::kernels::view_matrix::reference::view_row;
 use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
@@ -40,10 +42,8 @@ impl View {
             sensor([3.9, 4.8, 0.2], [0.0, -0.2, 1.0]),
             sensor([1.2, 2.0, 0.1], [0.1, 0.0, 1.0]),
         ];
-        let rows = sensors
-            .par_iter()
-            .map(|s| reference::view_row(&b.scene, std::slice::from_ref(&window), s.position, s.direction, 3, SAMPLES, 3))
-            .collect();
+        let rows =
+            sensors.par_iter().map(|s| view_row(&b.scene, std::slice::from_ref(&window), s.position, s.direction, 3, SAMPLES, 3)).collect();
         Self { scene: b.scene, window, sensors, rows }
     }
 
@@ -67,10 +67,7 @@ impl Daylight {
         let (scene, mut window) = street();
         window.basis = KlemsBasis::Quarter.into();
         let sky = ReinhartSky::new(1).unwrap();
-        let rows = [0, 7, 18, 26, 30]
-            .into_par_iter()
-            .map(|bin| (bin, reference::daylight_row(&scene, &window, bin, sky, 2, SAMPLES, 3)))
-            .collect();
+        let rows = [0, 7, 18, 26, 30].into_par_iter().map(|bin| (bin, daylight_row(&scene, &window, bin, sky, 2, SAMPLES, 3))).collect();
         Self { scene, window, rows }
     }
 

@@ -205,8 +205,15 @@ fn each_bin_behind_a_slit_has_its_own_share_of_light() {
     // To the left of the slit: the right part of the window shows, and nothing of the left.
     let eye = sensor([1.5, 2.0, 1.7], [0.0, -1.0, 0.0]);
     let (samples, bounces) = (400_000, 1);
-    let reference =
-        crate::kernels::trace::reference::view_row(&scene, std::slice::from_ref(&w), eye.position, eye.direction, bounces, samples, 5);
+    let reference = crate::kernels::view_matrix::reference::view_row(
+        &scene,
+        std::slice::from_ref(&w),
+        eye.position,
+        eye.direction,
+        bounces,
+        samples,
+        5,
+    );
     let compare = || {
         let options = ViewOptions { bounces: Some(bounces), direct_samples: 2048, ..ViewOptions::default() };
         let v = compute(&device, &scene, std::slice::from_ref(&w), &[eye], &options, &Silent).unwrap();

@@ -18,6 +18,8 @@ mod doubts;
 mod image_tests;
 mod images;
 #[cfg(test)]
+pub(crate) mod reference;
+#[cfg(test)]
 mod tests;
 mod unobstructed;
 
