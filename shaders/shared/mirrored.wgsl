@@ -1,18 +1,37 @@
-// Light of the sun's images in flat mirrors.
+// Light of suns and of their images in flat mirrors. An image is looked for where it stands, and counts where
+// the mirrors met are those that make it.
 
 import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{materials, largest, smooth_specular};
 import package::shared::gates::{may_come_in};
-import package::shared::sun::{is_clear, is_mirror};
+import package::shared::sun::{is_clear, is_mirror, sun_transmittance};
 import package::shared::window::{enters_window};
+
+// Whether the suns' images are looked for, not the suns themselves.
+override MIRRORED: bool = false;
+
+// Where a sun is looked for. The matrix of these columns takes a direction to the sun to that of its image.
+fn image_of(direction: vec3<f32>, image: mat3x3<f32>) -> vec3<f32> {
+    if !MIRRORED {
+        return direction;
+    }
+    return direction.x * image[0] + direction.y * image[1] + direction.z * image[2];
+}
+
+// What part of the light arrives from there.
+fn arriving(origin: vec3<f32>, direction: vec3<f32>, image: mat3x3<f32>, gate_count: u32, window_count: u32) -> vec3<f32> {
+    if MIRRORED {
+        return mirrored_transmittance(origin, direction, image, gate_count, window_count);
+    }
+    return sun_transmittance(origin, direction);
+}
 
 // Mirrors and panes that light of an image may meet.
 const MOST_MET: u32 = 32u;
 // Mirrors are taken for parallel within half of this.
 const SAME_IMAGE: f32 = 1e-3;
 
-// What part of the light of an image of the sun arrives from a direction. The matrix of these columns takes
-// a direction to the sun to that of its image. Light must meet mirrors on its way that, together, undo the
+// What part of the light of an image arrives. Light must meet mirrors on its way that, together, undo the
 // image, and come in through an opening on one of its legs (as `may_come_in`).
 fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>, image: mat3x3<f32>, gate_count: u32, window_count: u32) -> vec3<f32> {
     var result = vec3<f32>(1.0);

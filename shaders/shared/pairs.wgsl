@@ -1,9 +1,16 @@
-// Pairs of a surface point and a sun: [batch][receiver][sun]. Every batch has receivers of its own,
-// points behind the same pixels, and they share out the points of the sun's disc.
+// Pairs of a receiver and a sun, or its image in flat mirrors.
 
 import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
+import package::shared::gates::{may_come_in};
+import package::shared::mirrored::{MIRRORED, image_of};
 import package::shared::sun::{SunRecord, sun_direction};
+
+struct Pair {
+    // Number of the receiver: [batch][receiver].
+    cell: u32,
+    sun: u32,
+}
 
 struct PairParams {
     seed: u32,
@@ -14,19 +21,53 @@ struct PairParams {
     // Openings, as `may_come_in` takes them.
     window_count: u32,
     gates: u32,
-    // Points of the disc per receiver.
+    // Points of the disc per receiver and batch.
     disc_samples: u32,
-    // Pairs that may see each other, where they are listed.
-    candidates: u32,
+    // Points of the disc's rim that are looked at where all other points agree: whatever covers a part of
+    // the disc from one side is seen at its rim first.
+    rim: u32,
+    // Columns of the matrix that takes a direction to the sun to that of its image.
+    image_x: vec3<f32>,
+    // Receivers from one batch to the next; 0 if all batches share them.
+    batch_stride: u32,
+    image_y: vec3<f32>,
+    // Pairs that are listed.
+    pairs: u32,
+    image_z: vec3<f32>,
+    padding0: u32,
 }
 
 @group(0) @binding(6) var<uniform> params: PairParams;
-// [batch][receiver]
+// [receiver], or [batch][receiver]
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
 @group(0) @binding(8) var<storage, read> suns: array<SunRecord>;
 
-// A receiver's direction to point `sample` of a disc.
+fn receiver_of(cell: u32) -> Receiver {
+    return receivers[cell / params.receivers * params.batch_stride + cell % params.receivers];
+}
+
+fn image() -> mat3x3<f32> {
+    return mat3x3<f32>(params.image_x, params.image_y, params.image_z);
+}
+
+// Whether light could come to a receiver along a direction.
+fn is_open(receiver: Receiver, direction: vec3<f32>) -> bool {
+    return dot(direction, receiver.normal) > 0.0 && (MIRRORED || may_come_in(receiver.position, direction, params.gates, params.window_count));
+}
+
+fn stream(receiver: Receiver, sun: SunRecord, batch: u32, own: bool) -> u32 {
+    let seed = select(params.seed, hash_combine(params.seed, batch), own);
+    return hash_combine(hash_combine(seed, receiver.number), sun.number);
+}
+
+// A receiver's direction to point `sample` of a disc; from `disc_samples` on, of its rim. Where every batch
+// has receivers of its own, points behind a pixel, they share out the points of the disc.
 fn pair_direction(receiver: Receiver, sun: SunRecord, batch: u32, sample: u32) -> vec3<f32> {
-    let seed = hash_combine(hash_combine(params.seed, receiver.number), sun.number);
-    return sun_direction(sun, sample_pair(batch * params.disc_samples + sample, 0u, seed));
+    if sample >= params.disc_samples {
+        let turn = sample_pair(0u, 0x8000u, stream(receiver, sun, batch, true)).x;
+        return image_of(sun_direction(sun, vec2<f32>(1.0, (f32(sample - params.disc_samples) + turn) / f32(params.rim))), image());
+    }
+    let own = params.batch_stride == 0u;
+    let first = select(batch * params.disc_samples, 0u, own);
+    return image_of(sun_direction(sun, sample_pair(first + sample, 0u, stream(receiver, sun, batch, own))), image());
 }

@@ -34,6 +34,7 @@ struct SunPath {
 struct SunPathEnd {
     segments: u32,
     ended: bool,
+    kept: u32,
 }
 
 fn scatters(material: Material) -> bool {
@@ -53,7 +54,7 @@ fn follow_sun_path(path: SunPath) -> SunPathEnd {
     for (; segment < MOST_SEGMENTS; segment++) {
         let hit = closest_hit(position, direction, FAR_AWAY);
         if hit.triangle == NO_TRIANGLE {
-            return SunPathEnd(segment, true);
+            return SunPathEnd(segment, true, kept);
         }
         let normal = triangle_normal(hit.triangle);
         let front = dot(normal, direction) < 0.0;
@@ -63,10 +64,10 @@ fn follow_sun_path(path: SunPath) -> SunPathEnd {
         if wanted && scatters(material) {
             let beside = leave_surface(hit, facing);
             let behind = leave_surface(hit, -facing);
-            vertices[path.first_slot + kept] = SunVertex(beside, material_index + 1u, facing, distance(beside, behind), direction, 0u, throughput, 0.0);
+            vertices[path.first_slot + kept] = SunVertex(beside, material_index + 1u, facing, distance(beside, behind), direction, 0.0, throughput, 0.0);
             kept += 1u;
             if kept == path.most_vertices {
-                return SunPathEnd(segment, true);
+                return SunPathEnd(segment, true, kept);
             }
         }
         let choices = sample_pair(path.index, 1u + segment * 2u, path.seed);
@@ -80,7 +81,7 @@ fn follow_sun_path(path: SunPath) -> SunPathEnd {
         }
         throughput *= event.weight;
         if event.lobe == LOBE_NONE || largest(throughput) <= 0.0 || (event.lobe == LOBE_DIFFUSE && !wanted) {
-            return SunPathEnd(segment, true);
+            return SunPathEnd(segment, true, kept);
         }
         wanted = wanted || !event.transmitted;
         let side = select(facing, -facing, event.transmitted);
@@ -91,12 +92,12 @@ fn follow_sun_path(path: SunPath) -> SunPathEnd {
         let strength = largest(throughput);
         if strength < path.least && (!REFLECTED_ONLY || event.lobe == LOBE_DIFFUSE) {
             if choices.y * path.least >= strength {
-                return SunPathEnd(segment, true);
+                return SunPathEnd(segment, true, kept);
             }
             throughput *= path.least / strength;
         }
         position = leave_surface(hit, side);
     }
     // Some drivers end long loops silently.
-    return SunPathEnd(segment, segment == MOST_SEGMENTS);
+    return SunPathEnd(segment, segment == MOST_SEGMENTS, kept);
 }

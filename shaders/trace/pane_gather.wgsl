@@ -11,16 +11,16 @@
 import package::shared::counters::{count_finished};
 import package::shared::receiver::{Receiver};
 import package::shared::random::{hash_u32, hash_combine, unit_f32};
-import package::shared::pane::{PaneParams, Pane, PaneSunRecord, PaneCell, PaneEnd, pane_local};
+import package::shared::pane::{PaneParams, Pane, PaneSun, PaneCell, PaneEnd, pane_local};
 import package::bsdf::scattering::{bsdf_of_keys, bsdf_lobe, outgoing_key, TRANSMISSION_FRONT};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;
 @group(0) @binding(8) var<storage, read> cells: array<PaneCell>;
 // [sun][pane]
-@group(0) @binding(9) var<storage, read> suns: array<PaneSunRecord>;
-// [batch][cell][receiver]
-@group(0) @binding(10) var<storage, read> passed: array<vec4<f32>>;
+@group(0) @binding(9) var<storage, read> pane_suns: array<PaneSun>;
+// [batch][cell][receiver][component]
+@group(0) @binding(10) var<storage, read> links: array<f32>;
 // [sun][batch][cell]
 @group(0) @binding(11) var<storage, read> sun_ends: array<PaneEnd>;
 // [batch][sun][receiver][rgb]
@@ -66,13 +66,21 @@ struct Light {
     surround: f32,
 }
 
+// What passes.
+fn link_at(index: u32) -> vec3<f32> {
+    if params.components == 1u {
+        return vec3<f32>(links[index]);
+    }
+    return vec3<f32>(links[index * 3u], links[index * 3u + 1u], links[index * 3u + 2u]);
+}
+
 // Light of a sun, if there is one of this number, at cell `cell` of a batch.
 fn light_at(sun: u32, batch: u32, cell: u32, pane: u32, receiver: u32) -> Light {
     var light: Light;
     if sun < params.suns {
         for (var k = 0u; k < params.batches; k++) {
             let index = k * params.cells + cell;
-            let strength = sun_ends[sun * params.cells * params.batches + index].strength * passed[index * params.receivers + receiver].xyz;
+            let strength = sun_ends[sun * params.cells * params.batches + index].strength * link_at(index * params.receivers + receiver);
             if k == batch {
                 light.strength = strength;
             } else {
@@ -80,7 +88,7 @@ fn light_at(sun: u32, batch: u32, cell: u32, pane: u32, receiver: u32) -> Light 
             }
         }
         let sun_end = sun_ends[sun * params.cells * params.batches + batch * params.cells + cell];
-        let record = suns[sun * params.panes + pane];
+        let record = pane_suns[sun * params.panes + pane];
         let most = max(light.strength, light.elsewhere);
         light.lit = max(most.x, max(most.y, most.z)) > 0.0;
         light.key = sun_end.key;
@@ -133,24 +141,28 @@ fn add(batch: u32, sun: u32, receiver: u32, value: vec3<f32>) {
 }
 
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let sun = id.y * SUNS;
-    if id.x >= params.receivers || sun >= params.suns {
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let number = id.y * groups.x * 64u + id.x;
+    let receiver_index = number % params.receivers;
+    let quads = (params.suns + SUNS - 1u) / SUNS;
+    let sun = number / params.receivers % quads * SUNS;
+    let batch = number / params.receivers / quads;
+    if batch >= params.batches {
         return;
     }
-    let receiver = receivers[id.z * params.batch_stride + id.x];
+    let receiver = receivers[batch * params.batch_stride + receiver_index];
     var a = vec3<f32>(0.0);
     var b = vec3<f32>(0.0);
     var c = vec3<f32>(0.0);
     var d = vec3<f32>(0.0);
     var i = params.first_cell;
     for (; i < params.end_cell; i++) {
-        let index = id.z * params.cells + i;
+        let index = batch * params.cells + i;
         let cell = cells[index];
-        let light_a = light_at(sun, id.z, i, cell.pane, id.x);
-        let light_b = light_at(sun + 1u, id.z, i, cell.pane, id.x);
-        let light_c = light_at(sun + 2u, id.z, i, cell.pane, id.x);
-        let light_d = light_at(sun + 3u, id.z, i, cell.pane, id.x);
+        let light_a = light_at(sun, batch, i, cell.pane, receiver_index);
+        let light_b = light_at(sun + 1u, batch, i, cell.pane, receiver_index);
+        let light_c = light_at(sun + 2u, batch, i, cell.pane, receiver_index);
+        let light_d = light_at(sun + 3u, batch, i, cell.pane, receiver_index);
         if light_a.lit || light_b.lit || light_c.lit || light_d.lit {
             let pane = panes[cell.pane];
             let lobe = bsdf_lobe(pane.words, TRANSMISSION_FRONT);
@@ -179,9 +191,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
-    add(id.z, sun, id.x, a);
-    add(id.z, sun + 1u, id.x, b);
-    add(id.z, sun + 2u, id.x, c);
-    add(id.z, sun + 3u, id.x, d);
+    add(batch, sun, receiver_index, a);
+    add(batch, sun + 1u, receiver_index, b);
+    add(batch, sun + 2u, receiver_index, c);
+    add(batch, sun + 3u, receiver_index, d);
     count_finished(i == params.end_cell);
 }

@@ -7,8 +7,8 @@ import package::shared::receiver::{Receiver};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
 import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER};
-import package::shared::window::{windows, distance_through, leaves_through_window};
-import package::shared::pane::{FacadePoint, NO_PANE};
+import package::shared::window::{crossed_window, leaves_through_window, NO_WINDOW};
+import package::shared::pane::{PanePoint};
 import package::shared::counters::{count_finished};
 
 struct SunPixelParams {
@@ -35,31 +35,7 @@ const MOST_SPECULAR: u32 = 32u;
 // the share of the pane's radiance that it shows.
 @group(0) @binding(9) var<storage, read_write> receiver_weights: array<vec4<f32>>;
 // [batch][pixel]
-@group(0) @binding(10) var<storage, read_write> facade: array<FacadePoint>;
-
-// A window that a ray leaves through.
-struct Crossing {
-    window: u32,
-    distance: f32,
-}
-
-// The nearest window that a ray leaves through before a distance.
-fn crossed_window(origin: vec3<f32>, direction: vec3<f32>, most: f32) -> Crossing {
-    var found = Crossing(NO_PANE, most);
-    for (var w = 0u; w < params.window_count; w++) {
-        let window = windows[w];
-        if dot(direction, window.z) >= 0.0 {
-            continue;
-        }
-        for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
-            let distance = distance_through(t, window.z, origin, direction);
-            if distance > 0.0 && distance < found.distance {
-                found = Crossing(w, distance);
-            }
-        }
-    }
-    return found;
-}
+@group(0) @binding(10) var<storage, read_write> facade: array<PanePoint>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -74,7 +50,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // A receiver that no sun reaches, for rays that meet none.
     var receiver = Receiver(vec3<f32>(0.0, 0.0, 1e6), ray.number, vec3<f32>(0.0, 0.0, -1.0), 0u);
     var receiver_weight = vec4<f32>(0.0);
-    var point = FacadePoint(vec3<f32>(0.0), NO_PANE, vec3<f32>(0.0, 0.0, 1.0), ray.number);
+    var point = PanePoint(vec3<f32>(0.0), NO_WINDOW, vec3<f32>(0.0, 0.0, 1.0), ray.number);
     var weight = vec3<f32>(1.0);
     var origin = ray.origin;
     var direction = ray.direction;
@@ -86,9 +62,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             break;
         }
         if params.panes == 1u {
-            let pane = crossed_window(origin, direction, select(hit.distance, farthest, hit.triangle == NO_TRIANGLE));
-            if pane.window != NO_PANE {
-                point = FacadePoint(origin + direction * pane.distance, pane.window, -direction, ray.number);
+            let pane = crossed_window(origin, direction, select(hit.distance, farthest, hit.triangle == NO_TRIANGLE), params.window_count);
+            if pane.window != NO_WINDOW {
+                point = PanePoint(origin + direction * pane.distance, pane.window, -direction, ray.number);
                 receiver_weight = vec4<f32>(weight, 1.0);
                 break;
             }

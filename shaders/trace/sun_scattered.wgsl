@@ -1,10 +1,11 @@
-// Light of one sun by way of a list of vertices, the radiance that a point of a shade sends to its front
-// for one. One list and sun per invocation.
+// Light of one sun, or its image in flat mirrors, by way of a list of paths: what a receiver gets, or the
+// radiance that a point of a shade sends to its front. One list and sun per invocation.
 
 import package::shared::receiver::{SunVertex};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{materials, largest};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, vertex_light};
+import package::shared::mirrored::{image_of, arriving};
+import package::shared::sun::{SunRecord, sun_direction, vertex_light};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
 
@@ -18,13 +19,23 @@ struct ScatteredParams {
     components: u32,
     // Slots per path, which ends with its first vertex without material.
     path_slots: u32,
-    padding1: u32,
+    // Whether neighbours take neighbouring lists, not suns.
+    lists_first: u32,
+    // Columns of the matrix that takes a direction to the sun to that of its image.
+    image_x: vec3<f32>,
+    // Openings that light of an image must pass.
+    window_count: u32,
+    image_y: vec3<f32>,
+    gates: u32,
+    image_z: vec3<f32>,
+    // Radiance of the brightest surface by the irradiance of the sun: what paths without a vertex count with.
+    brightest: f32,
 }
 
 struct VertexList {
-    // Vertices, path by path.
+    // Its first vertex; paths follow each other.
     first: u32,
-    count: u32,
+    paths: u32,
     // Number of its first sun.
     first_sun: u32,
     // These choose its random numbers: lists of one stream share them out.
@@ -39,44 +50,76 @@ struct VertexList {
 @group(0) @binding(7) var<storage, read> lists: array<VertexList>;
 @group(0) @binding(8) var<storage, read> vertices: array<SunVertex>;
 @group(0) @binding(9) var<storage, read> suns: array<SunRecord>;
-// [list][component][sun of its set]
+// [list][value][sun of its set]: components; paths that found light, and those that would if nothing hid the
+// sun; what all would bring then, and the sum of its squares.
 @group(0) @binding(10) var<storage, read_write> sums: array<f32>;
 
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= params.suns || id.y >= params.lists {
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = id.y * groups.x * 64u + id.x;
+    if index >= params.suns * params.lists {
         return;
     }
-    let list = lists[id.y];
-    let sun_index = list.first_sun + id.x * params.stride;
+    let lists_first = params.lists_first == 1u;
+    let list_index = select(index / params.suns, index % params.lists, lists_first);
+    let of_set = select(index % params.suns, index / params.lists, lists_first);
+    let list = lists[list_index];
+    let sun_index = list.first_sun + of_set * params.stride;
     var sum = vec3<f32>(0.0);
+    var hits = 0.0;
+    var looks = 0.0;
+    var open = 0.0;
+    var squares = 0.0;
     var rays = 0u;
-    var k = 0u;
+    var path = 0u;
+    let image = mat3x3<f32>(params.image_x, params.image_y, params.image_z);
     if sun_index < params.all_suns {
         let sun = suns[sun_index];
         let seed = hash_combine(hash_combine(params.seed, list.stream), sun.number);
-        for (; k < list.count; k++) {
-            let vertex = vertices[list.first + k];
-            if vertex.material == 0u {
-                k = (k / params.path_slots + 1u) * params.path_slots - 1u;
-                continue;
+        for (; path < list.paths; path++) {
+            var of_path = vec3<f32>(0.0);
+            var most = 0.0;
+            var faces = false;
+            for (var slot = 0u; slot < params.path_slots; slot++) {
+                let vertex = vertices[list.first + path * params.path_slots + slot];
+                if vertex.material == 0u {
+                    if slot == 0u {
+                        most = largest(vertex.throughput) * params.brightest;
+                    }
+                    break;
+                }
+                let direction = image_of(sun_direction(sun, sample_pair(list.index + path, slot, seed)), image);
+                let light = vertex_light(vertex, direction);
+                let response = largest(light.response);
+                if response > 0.0 {
+                    of_path += light.response * arriving(light.start, direction, image, params.gates, params.window_count);
+                    most += response;
+                    faces = true;
+                    rays += 1u;
+                }
             }
-            let direction = sun_direction(sun, sample_pair(list.index, k, seed));
-            let light = vertex_light(vertex, direction);
-            if largest(light.response) > 0.0 {
-                sum += light.response * sun_transmittance(light.start, direction);
-                rays += 1u;
-            }
+            sum += of_path;
+            hits += f32(largest(of_path) > 0.0);
+            looks += f32(faces);
+            open += most;
+            squares += most * most;
         }
         sum *= sun.solid_angle;
+        open *= sun.solid_angle;
+        squares *= sun.solid_angle * sun.solid_angle;
     }
-    let cell = id.y * params.components * params.suns + id.x;
+    let cell = list_index * (params.components + 4u) * params.suns + of_set;
     sums[cell] = sum.x;
     if params.components == 3u {
         sums[cell + params.suns] = sum.y;
         sums[cell + 2u * params.suns] = sum.z;
     }
+    let rest = cell + params.components * params.suns;
+    sums[rest] = hits;
+    sums[rest + params.suns] = looks;
+    sums[rest + 2u * params.suns] = open;
+    sums[rest + 3u * params.suns] = squares;
     atomicAdd(&counters.segments, rays);
     // Some drivers end long loops silently.
-    count_finished(k >= list.count || sun_index >= params.all_suns);
+    count_finished(path >= list.paths || sun_index >= params.all_suns);
 }

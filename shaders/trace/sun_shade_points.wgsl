@@ -69,12 +69,15 @@ fn cell_at(position: u32) -> u32 {
 }
 
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= params.count || id.y >= params.paths {
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let number = id.y * groups.x * 64u + id.x;
+    if number >= params.count * params.paths {
         return;
     }
-    let index = (params.first + id.x) % params.points;
-    let seed = hash_combine(params.seed, (params.first + id.x) / params.points);
+    let point = number % params.count;
+    let path = number / params.count;
+    let index = (params.first + point) % params.points;
+    let seed = hash_combine(params.seed, (params.first + point) / params.points);
     let random = sample_four(index, seed);
     let cell = cells[select(cell_at(u32(random.x * 16777216.0)), index, params.each_cell == 1u)];
     let along = cell.low.x + cell.size.x * random.y;
@@ -86,10 +89,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         place = cell.corner + (cell.edge1 * (1.0 - across) + cell.edge2 * across) * root;
     }
     let margin = max(margin_at(place), extent(cell.corner) * 1e-6);
-    let slot = (id.x * params.paths + id.y) * params.most_vertices;
+    let slot = (point * params.paths + path) * params.most_vertices;
     var kept = 0u;
-    if id.y == 0u {
-        vertices[slot] = SunVertex(place + cell.facing * margin, cell.material, cell.facing, 2.0 * margin, -cell.facing, 0u, vec3<f32>(1.0), cell.weight);
+    if path == 0u {
+        vertices[slot] = SunVertex(place + cell.facing * margin, cell.material, cell.facing, 2.0 * margin, -cell.facing, 0.0, vec3<f32>(1.0), cell.weight);
         kept = 1u;
     }
     // Reflected from its front, or passed on from its back.
@@ -97,17 +100,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let reflected = largest(material.diffuse);
     let transmitted = largest(material.diffuse_transmitted);
     let total = (reflected + transmitted) / f32(params.paths);
-    var end = SunPathEnd(0u, true);
+    var end = SunPathEnd(0u, true, kept);
     if params.most_vertices > 1u && total > 0.0 {
-        let number = index * params.paths + id.y;
-        let through = sample_pair(number, 1u, seed).x * (reflected + transmitted) >= reflected;
+        let stream = index * params.paths + path;
+        let through = sample_pair(stream, 1u, seed).x * (reflected + transmitted) >= reflected;
         let throughput = select(material.diffuse * (total / reflected), material.diffuse_transmitted * (total / transmitted), through);
         let side = select(cell.facing, -cell.facing, through);
-        let direction = cosine_direction(side, sample_pair(number, 0u, seed));
+        let direction = cosine_direction(side, sample_pair(stream, 0u, seed));
         let start = place + side * margin;
         let most = params.most_vertices - 1u + kept;
         let least = params.roulette_weight * largest(throughput);
-        end = follow_sun_path(SunPath(start, number, direction, hash_combine(seed, 1u), throughput, slot, kept, most, least));
+        end = follow_sun_path(SunPath(start, stream, direction, hash_combine(seed, 1u), throughput, slot, kept, most, least));
     }
     atomicAdd(&counters.segments, end.segments);
     count_finished(end.ended);

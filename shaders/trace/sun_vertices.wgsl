@@ -1,5 +1,5 @@
-// Sun matrix, first half: paths from the receivers out through the windows to the surfaces that
-// scatter sunlight. Every vertex is kept; `sun_gather` connects it to all suns.
+// Paths from the receivers out through the windows to the surfaces that scatter sunlight. Every vertex is
+// kept; `sun_scattered` connects it to all suns.
 //
 // One path per invocation. `throughput` is what the receiver gets (as irradiance) of radiance that
 // leaves the vertex towards it.
@@ -34,16 +34,18 @@ struct SunPathParams {
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
 
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let index = id.x;
-    let receiver_index = id.y;
-    let batch = id.z;
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let number = id.y * groups.x * 64u + id.x;
+    // Of all sets.
     let all_paths = params.paths * params.path_sets;
-    if index >= all_paths || receiver_index >= params.receivers || batch >= params.batches {
+    let index = number % all_paths;
+    let cell = number / all_paths;
+    let batch = cell / params.receivers;
+    if batch >= params.batches {
         return;
     }
-    let receiver = receivers[batch * params.batch_stride + receiver_index];
-    let first_slot = ((batch * params.receivers + receiver_index) * all_paths + index) * params.most_vertices;
+    let receiver = receivers[batch * params.batch_stride + cell % params.receivers];
+    let first_slot = number * params.most_vertices;
     let seed = hash_combine(hash_combine(params.seed, batch), receiver.number);
     let position = receiver.position;
     var direction: vec3<f32>;
@@ -63,9 +65,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // [batch][receiver][set][path][vertex]
     let path = SunPath(position, index, direction, seed, throughput, first_slot, 0u, params.most_vertices, params.roulette_weight * largest(throughput));
-    var end = SunPathEnd(0u, true);
+    var end = SunPathEnd(0u, true, 0u);
     if !ended {
         end = follow_sun_path(path);
+        if end.kept == 0u {
+            vertices[first_slot].throughput = throughput;
+        }
     }
     atomicAdd(&counters.segments, end.segments);
     count_finished(end.ended);

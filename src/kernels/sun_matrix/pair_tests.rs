@@ -1,8 +1,8 @@
-//! Straight sunlight at points behind pixels, against the f64 reference; panes that rays pass.
+//! Direct sunlight at points behind pixels, against the f64 reference; panes that rays pass.
 
-use super::geometry::{Openings, SunOptions, compute};
 use super::pixels::{self, Models, PixelOptions};
 use super::tests::blinds;
+use super::{Openings, SunOptions, compute};
 use super::{Sun, reference};
 use crate::camera::{Raster, View};
 use crate::gpu::{Device, mutation};
@@ -72,9 +72,12 @@ fn pixels_see_suns_between_slats_as_defined() {
         assert!(found < 1.0, "{disc_samples} points: {found}");
     }
     for (file, from, to) in [
-        ("trace/sun_straight", "cosine * sun_transmittance", "sun_transmittance"),
+        ("trace/sun_straight", "sum += cosine * passed;", "sum += passed;"),
         ("trace/sun_straight", "cosines += max(cosine, 0.0);", "cosines += 1.0;"),
-        ("trace/sun_candidates", "listed = listed ||", "listed = listed &&"),
+        ("trace/sun_candidates", "listed = is_open(", "listed = !is_open("),
+        ("trace/sun_candidates", "let all = params.disc_samples + params.rim;", "let all = params.rim;"),
+        ("trace/sun_pixels", "weight * 0.3183098861837907", "weight * 0.35"),
+        ("trace/sun_pixels", "origin = leave_surface(hit, side);", "origin = leave_surface(hit, -side);"),
         ("shared/gates", "<= min(leave.x", ">= min(leave.x"),
     ] {
         let found = mutation::with(file, from, to, || deviation(4));

@@ -2,7 +2,7 @@
 //!
 //! `C[receiver][sun] = ∫_pane f(ω_sun → ω) cosθ_sun Ω_sun · visible outside · visible inside · G dA`,
 //! the irradiance per unit radiance of the sun's disc (sr). Only light that the pane scatters once,
-//! straight to the receiver, counts: five-phase's Cds is a direct part.
+//! directly to the receiver, counts: five-phase's Cds is a direct part.
 //!
 //! The panes are cut into small triangles. A ray from a random point of each to every receiver and to
 //! every sun tells what is visible – rays grow with cells × (receivers + suns). Only the scattering
@@ -10,7 +10,7 @@
 //! variate at as many more as the cell's size seen from the receiver asks for. Several batches with
 //! other random points give the standard error.
 //!
-//! What passes straight through – the peak of an aBSDF, glass, the specular part of trans – is the
+//! What passes directly through – the peak of an aBSDF, glass, the specular part of trans – is the
 //! clear disc seen through the window: Ω cosθ · transmittance · visibility.
 //!
 //! # Why Radiance's coefficients through a Klems BSDF lie above the three-phase direct part
@@ -33,229 +33,10 @@
 //! single receivers.
 
 mod kinds;
-mod tables;
-pub(super) mod tracer;
+pub(super) mod light;
+pub(super) mod tables;
 
 pub use kinds::PaneBsdf;
-
-use super::Sun;
-use crate::error::{Error, Result};
-use crate::gpu::Device;
-use crate::gpu_struct;
-use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::TraceStatistics;
-use crate::matrix::Matrix;
-use crate::progress::Progress;
-use crate::scene::points::Sensor;
-use crate::scene::{Scene, Window};
-use glam::DVec3;
-use tracer::PaneTracer;
-
-gpu_struct! {
-    /// Parameters of the pane kernels (`shared/pane.wgsl`).
-    pub(crate) struct PaneParams {
-        seed: u32,
-        receivers: u32,
-        suns: u32,
-        cells: u32,
-        batches: u32,
-        panes: u32,
-        disc_samples: u32,
-        first_cell: u32,
-        end_cell: u32,
-        batch_stride: u32,
-        part_angle: f32,
-        padding0: u32,
-    }
-}
-
-gpu_struct! {
-    /// A pane.
-    pub(crate) struct Pane {
-        x: [f32; 3],
-        words: u32,
-        y: [f32; 3],
-        first_triangle: u32,
-        z: [f32; 3],
-        triangles: u32,
-        tint: [f32; 3],
-        padding: u32,
-    }
-}
-
-gpu_struct! {
-    /// A sun seen through a pane.
-    pub(crate) struct PaneSunRecord {
-        direction: [f32; 3],
-        chord: f32,
-        clear: [f32; 3],
-        solid_angle: f32,
-        guard: f32,
-        surround: f32,
-        scale: f32,
-        padding: u32,
-    }
-}
-
-gpu_struct! {
-    /// A triangle of a pane's area.
-    pub(crate) struct PaneCell {
-        corner: [f32; 3],
-        pane: u32,
-        edge1: [f32; 3],
-        area: f32,
-        edge2: [f32; 3],
-        padding0: u32,
-        position: [f32; 3],
-        padding1: u32,
-    }
-}
-
-gpu_struct! {
-    /// A point of the façade that an eye sees.
-    pub(crate) struct FacadePoint {
-        position: [f32; 3],
-        pane: u32,
-        outgoing: [f32; 3],
-        number: u32,
-    }
-}
-
-gpu_struct! {
-    /// A sun as a cell sees it.
-    pub(crate) struct PaneEnd {
-        key: [f32; 2],
-        direction: [f32; 2],
-        strength: [f32; 3],
-        padding: u32,
-    }
-}
-
-/// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
-    let new = |path| Registered::new(path).with::<PaneParams>().with::<Pane>().with::<PaneSunRecord>();
-    vec![
-        new("trace/pane_suns").with::<PaneCell>().with::<PaneEnd>(),
-        Registered::new("trace/pane_receivers").with::<PaneParams>().with::<Pane>().with::<PaneCell>().with::<Receiver>(),
-        new("trace/pane_gather").with::<PaneCell>().with::<PaneEnd>().with::<Receiver>(),
-        new("trace/pane_clear").with::<Receiver>(),
-        new("trace/pane_facade").with::<FacadePoint>(),
-    ]
-}
-
-/// How much to sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PaneOptions {
-    /// Cells of all panes together, about, per batch: rays of each receiver and each sun.
-    pub cells: u32,
-    /// Directions to a sun's disc per batch where it is seen clearly, and from points of the façade.
-    pub disc_samples: u32,
-    /// Size of the parts of a cell, seen from the receiver, in each of which the scattering function is
-    /// evaluated, radians.
-    pub part_angle: f32,
-    /// Independent repetitions; their spread gives the standard error. At least 2.
-    pub batches: u32,
-    /// Same seed, same device: same bits.
-    pub seed: u32,
-    /// Device memory to use, bytes.
-    pub memory: u64,
-}
-
-impl Default for PaneOptions {
-    fn default() -> Self {
-        Self { cells: 1024, disc_samples: 16, part_angle: 0.05, batches: 4, seed: 1, memory: 1 << 30 }
-    }
-}
-
-/// Coefficients of receivers (rows) and suns (columns), RGB.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PaneSun {
-    /// Scattered and clear light together.
-    pub total: Matrix<f32>,
-    /// Only what passes straight through.
-    pub clear: Matrix<f32>,
-    /// Standard error of each entry of `total`.
-    pub standard_error: Matrix<f32>,
-    /// Work done.
-    pub statistics: TraceStatistics,
-}
-
-/// A point of a window that an eye sees.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FacadeView {
-    /// Point on the window, in the scene's coordinates.
-    pub position: DVec3,
-    /// Index of the window.
-    pub window: usize,
-    /// Direction towards the eye.
-    pub towards_eye: DVec3,
-}
-
-/// What each sensor receives from each sun through the windows' panes: irradiance (W/m²) per unit
-/// radiance of the sun's disc (W/m²sr), that is sr. A point sun counts with the solid angle of the
-/// real disc. A receiver of a picture is a sensor like any other.
-///
-/// `scene` holds what stands inside and outside, without the windows themselves.
-///
-/// # Errors
-/// If there is no window or no usable sensor, if the data are too large, if the device fails, or when
-/// stopped by `progress`.
-pub fn compute(
-    device: &Device,
-    scene: &Scene,
-    windows: &[(Window, PaneBsdf)],
-    sensors: &[Sensor],
-    suns: &[Sun],
-    options: &PaneOptions,
-    progress: &dyn Progress,
-) -> Result<PaneSun> {
-    for (i, sensor) in sensors.iter().enumerate() {
-        if !sensor.position.is_finite() || !sensor.direction.is_finite() || sensor.direction.length() < 1e-12 {
-            return Err(Error::new(format!("sensor {} has no usable position and direction", i + 1))
-                .help("each line of a points file needs x y z dx dy dz, the direction not zero"));
-        }
-    }
-    let tracer = PaneTracer::new(device, scene, windows, suns, options)?;
-    let mut result = tracer.empty(sensors.len(), suns.len());
-    let records: Vec<Receiver> = sensors.iter().enumerate().map(|(i, s)| tracer.receiver(i, s)).collect();
-    tracer.run(&records, &mut result, progress)?;
-    Ok(result)
-}
-
-/// The façade as an eye sees it: radiance of points of the windows towards the eye per unit radiance
-/// of each sun's disc (rows points, columns suns). The disc itself, seen clearly through a peak or
-/// glass, is not part of it.
-///
-/// # Errors
-/// As [`compute`].
-pub fn facade(
-    device: &Device,
-    scene: &Scene,
-    windows: &[(Window, PaneBsdf)],
-    points: &[FacadeView],
-    suns: &[Sun],
-    options: &PaneOptions,
-    progress: &dyn Progress,
-) -> Result<PaneSun> {
-    let tracer = PaneTracer::new(device, scene, windows, suns, options)?;
-    let mut records = Vec::with_capacity(points.len());
-    for (i, p) in points.iter().enumerate() {
-        let outgoing = p.towards_eye.try_normalize().filter(|_| p.position.is_finite() && p.window < windows.len());
-        let Some(outgoing) = outgoing else {
-            return Err(Error::new(format!("point {} of the façade has no usable position, window and direction", i + 1)));
-        };
-        records.push(FacadePoint {
-            position: tracer.tables.normalization.point(p.position).to_array(),
-            pane: p.window as u32,
-            outgoing: outgoing.as_vec3().to_array(),
-            number: i as u32,
-        });
-    }
-    let mut result = tracer.empty(points.len(), suns.len());
-    tracer.run_facade(&records, &mut result, progress)?;
-    Ok(result)
-}
 
 #[cfg(test)]
 pub(crate) mod tests;

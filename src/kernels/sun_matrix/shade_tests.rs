@@ -1,8 +1,8 @@
 //! Points that receivers share on the surfaces: the reference, form factors, paths, choice.
 
-use super::geometry::{Openings, ScatteredBy, SunMatrix, SunOptions, compute};
 use super::shade_cells::Cells;
 use super::tests::{blinds, sensors, suns};
+use super::{Openings, ScatteredBy, SunMatrix, SunOptions, compute};
 use super::{Sun, reference};
 use crate::gpu::{Device, mutation};
 use crate::kernels::light_paths::Receiver;
@@ -19,6 +19,8 @@ const POINTS: SunOptions = SunOptions {
     path_sets: 4,
     bounces: None,
     scattered_by: ScatteredBy::Points,
+    cells: 0,
+    part_angle: 0.0,
     batches: 4,
     seed: 1,
     roulette_weight: 0.05,
@@ -54,7 +56,7 @@ fn shared_points_agree_with_the_reference() {
             let sigmas = |(i, wanted): (usize, &crate::kernels::trace::reference::Estimate)| {
                 let (r, s) = (i / 3, i % 3);
                 let found = at(&m.total, r, s, 0) - at(&m.direct, r, s, 0);
-                let error = wanted.standard_error(SAMPLES).hypot(at(&m.scattered_error, r, s, 0).max(0.002 * found));
+                let error = wanted.standard_error(SAMPLES).hypot(at(&m.shared_error, r, s, 0).max(0.002 * found));
                 (found - wanted.mean(SAMPLES)).abs() / error.max(1e-12)
             };
             wanted.iter().enumerate().map(sigmas).collect::<Vec<f64>>()
@@ -65,9 +67,15 @@ fn shared_points_agree_with_the_reference() {
         assert!(found.iter().all(|sigmas| *sigmas < 6.0), "{bounces}: {found:?}");
         // Faults put into the shaders are found.
         let faults = [
-            (2, "trace/sun_shade_links", "max(-dot(direction, point.facing), 0.0)", "step(0.0, -dot(direction, point.facing))"),
-            (2, "trace/sun_shade_links", "(params.window_count == 0u || leaves", "(params.window_count == 0u || !leaves"),
-            (2, "trace/sun_shade_links", "(cosines * point.area /", "(0.9 * cosines * point.area /"),
+            (2, "trace/sun_links", "height / distance * slope * point.area", "height / distance * point.area"),
+            (2, "trace/sun_links", "(params.window_count == 0u || leaves", "(params.window_count == 0u || !leaves"),
+            (2, "trace/sun_links", "slope * point.area /", "0.9 * slope * point.area /"),
+            (
+                2,
+                "trace/sun_shade_points",
+                "cell.facing, 0.0, vec3<f32>(1.0), cell.weight)",
+                "cell.facing, 0.0, vec3<f32>(1.0), 0.9 * cell.weight)",
+            ),
             (
                 4,
                 "trace/sun_shade_points",
@@ -105,7 +113,7 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
         let found = || {
             let m = run(&device, &b.scene, Openings::Anywhere, &[s], &[sun], &options);
             assert_eq!(m.direct.at(0, 0)[0], 0.0);
-            (at(&m.total, 0, 0, 0), at(&m.scattered_error, 0, 0, 0))
+            (at(&m.total, 0, 0, 0), at(&m.shared_error, 0, 0, 0))
         };
         let seen: f64 = corners.iter().map(|c| polygon_irradiance(c, s.position, normal)).sum();
         let expected = 0.6 / std::f64::consts::PI * sun.solid_angle() * seen;
@@ -113,8 +121,8 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
         println!("{what}: {:.6} of the form factor ± {:.6}", light / expected, error / expected);
         assert!((light / expected - 1.0).abs() < 6.0 * error / expected + 2e-4 && error < 2e-3 * expected, "{what}: {light} {expected}");
         if what == "triangle" {
-            let (from, to) = ("max(-dot(direction, point.facing), 0.0)", "step(0.0, -dot(direction, point.facing))");
-            let (light, _) = mutation::with("trace/sun_shade_links", from, to, found);
+            let (from, to) = ("height / distance * slope * point.area", "height / distance * point.area");
+            let (light, _) = mutation::with("trace/sun_links", from, to, found);
             assert!((light / expected - 1.0).abs() > 2e-3, "{light} {expected}");
         }
         if what == "both" {
@@ -126,7 +134,7 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
             let hidden = || at(&run(&device, &b.scene, Openings::Anywhere, &[s], &[low.as_point()], &options).total, 0, 0, 0);
             assert_eq!(hidden(), 0.0);
             let (from, to) = ("light_passing(receiver.position, direction, distance,", "light_passing(receiver.position, direction, 1e-3,");
-            assert!(mutation::with("trace/sun_shade_links", from, to, hidden) > 0.9 * expected);
+            assert!(mutation::with("trace/sun_links", from, to, hidden) > 0.9 * expected);
         }
     }
 }
@@ -195,7 +203,7 @@ fn what_panes_reflect_is_counted_once() {
     let sums = |by| {
         let options = SunOptions { paths: 1 << 12, scattered_by: by, bounces: Some(1), disc_samples: 1, ..POINTS };
         let m = run(&device, &b.scene, Openings::Anywhere, &[s], &[sun], &options);
-        (at(&m.total, 0, 0, 0) - at(&m.direct, 0, 0, 0), at(&m.scattered_error, 0, 0, 0))
+        (at(&m.total, 0, 0, 0) - at(&m.direct, 0, 0, 0), at(&m.shared_error, 0, 0, 0))
     };
     let (points, paths) = (sums(ScatteredBy::Points), sums(ScatteredBy::Paths));
     println!("in the pane {:.3e} ± {:.1e} and {:.3e} ± {:.1e}", points.0, points.1, paths.0, paths.1);
@@ -215,8 +223,8 @@ fn tiles_and_memory_change_no_bit_of_shared_points() {
     let all = run(&device, &scene, Openings::Windows(std::slice::from_ref(&w)), &many, &suns(), &options);
     let little =
         run(&device, &scene, Openings::Windows(std::slice::from_ref(&w)), &many, &suns(), &SunOptions { memory: 1 << 18, ..options });
-    assert_eq!((&all.total, &all.scattered_error), (&little.total, &little.scattered_error));
-    assert!(all.scattered_error.data().iter().any(|e| *e > 0.0));
+    assert_eq!((&all.total, &all.shared_error), (&little.total, &little.shared_error));
+    assert!(all.shared_error.data().iter().any(|e| *e > 0.0));
 }
 
 fn chosen(scene: &Scene, receivers: &[([f32; 3], [f32; 3])]) -> Option<Vec<bool>> {

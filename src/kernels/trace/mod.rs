@@ -434,6 +434,13 @@ impl Material {
     pub fn is_smooth(&self) -> bool {
         self.roughness * self.roughness <= 1e-6
     }
+
+    /// The largest share of light that it scatters, other than as mirrors and panes do.
+    pub fn scattered(&self) -> f32 {
+        let largest = |c: [f32; 3]| c.into_iter().fold(0.0, f32::max);
+        let rough = if self.is_smooth() { 0.0 } else { largest(self.specular).max(largest(self.specular_transmitted)) };
+        if self.kind == SURFACE { largest(self.diffuse).max(largest(self.diffuse_transmitted)).max(rough) } else { 0.0 }
+    }
 }
 
 /// How a material lets light straight through, as `shared/bvh.wgsl` has it.

@@ -9,7 +9,7 @@
 //! They have no standard error of their own: the results' counts them as exact.
 
 use crate::error::{Error, Result};
-use crate::kernels::sun_matrix::geometry::SunMatrix;
+use crate::kernels::sun_matrix::SunMatrix;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
 use crate::simulate::inputs::suns::SunSet;
