@@ -6,7 +6,7 @@
 // arrive is its own where it has rays, and that of the whole pixel where it has none.
 
 import package::shared::pixel::{TileParams, BinShare, pixel_cell};
-import package::shared::receiver::{Receiver, VirtualLight};
+import package::shared::receiver::{Receiver, VirtualLight, connection};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
@@ -28,15 +28,6 @@ const MOST_RAYS: u32 = 64u;
 // [batch][bin]
 @group(0) @binding(12) var<storage, read> light_counts: array<u32>;
 
-fn connection(receiver: Receiver, light: u32) -> f32 {
-    let to_light = lights[light].position - receiver.position;
-    let cos_receiver = dot(to_light, receiver.normal);
-    let cos_light = -dot(to_light, lights[light].normal);
-    let distance2 = dot(to_light, to_light);
-    let near2 = params.near_radius * params.near_radius;
-    return max(cos_receiver, 0.0) * max(cos_light, 0.0) / (distance2 * max(distance2, near2));
-}
-
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let pixel = id.x;
@@ -57,7 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         let count = light_counts[batch * params.bins + bin];
         var flux = vec3<f32>(0.0);
         for (var i = 0u; i < count; i++) {
-            flux += lights[first + i].flux * connection(receiver, first + i);
+            flux += lights[first + i].flux * connection(receiver, lights[first + i], params.near_radius);
         }
         if flux.x + flux.y + flux.z > 0.0 {
             shares[pixel_cell(shape, bin, batch, pixel)].unobstructed = flux;
@@ -85,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
                 let count = light_counts[batch * params.bins + bin];
                 var inner = sum;
                 for (var i = 0u; i < count; i++) {
-                    let value = lights[first + i].strength * connection(receiver, first + i);
+                    let value = lights[first + i].strength * connection(receiver, lights[first + i], params.near_radius);
                     inner += value;
                     while value > 0.0 && inner > threshold && found < RAYS {
                         chosen[found] = vec2<u32>(bin, first + i);

@@ -8,7 +8,7 @@
 // Connections shorter than `near_radius` are weighted down to 1/near_radius²; `view_near` adds what
 // they lack (Kollig and Keller 2004), so the sum is unbiased and bounded.
 
-import package::shared::receiver::{Receiver, VirtualLight};
+import package::shared::receiver::{Receiver, VirtualLight, connection};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
@@ -38,17 +38,6 @@ const MOST_RAYS: u32 = 32u;
 // [batch][bin][sensor][rgb], sr before division by the number of paths.
 @group(0) @binding(9) var<storage, read_write> sums: array<f32>;
 
-// Geometric factor of a connection with nothing in the way, 1/area.
-fn connection(sensor: Receiver, light: u32) -> f32 {
-    let to_light = lights[light].position - sensor.position;
-    let cos_sensor = dot(to_light, sensor.normal);
-    let cos_light = -dot(to_light, lights[light].normal);
-    let distance2 = dot(to_light, to_light);
-    let near = params.near_radius * max(bitcast<f32>(sensor.role), 1.0);
-    let near2 = near * near;
-    return max(cos_sensor, 0.0) * max(cos_light, 0.0) / (distance2 * max(distance2, near2));
-}
-
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let sensor_index = id.x;
@@ -62,7 +51,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let light_count = light_counts[batch * params.bins + bin];
     var unobstructed = 0.0;
     for (var i = 0u; i < light_count; i++) {
-        unobstructed += lights[first + i].strength * connection(sensor, first + i);
+        unobstructed += lights[first + i].strength * connection(sensor, lights[first + i], params.near_radius);
     }
     if !(unobstructed > 0.0) {
         count_finished(true);
@@ -77,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     var sum = 0.0;
     var last = first;
     for (var i = 0u; i < light_count; i++) {
-        let value = lights[first + i].strength * connection(sensor, first + i);
+        let value = lights[first + i].strength * connection(sensor, lights[first + i], params.near_radius);
         sum += value;
         if value > 0.0 {
             last = first + i;
