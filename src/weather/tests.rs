@@ -162,9 +162,9 @@ fn impossible_values_are_refused_with_line_and_field() {
         ("1 1 -1 0 0", "hour: -1 is impossible"),
         ("1 1 12 -5 0", "direct normal irradiance: -5 is impossible"),
         ("1 1 12 0 -0.1", "diffuse horizontal irradiance: -0.1 is impossible"),
-        ("1 1 12 1501 0", "direct normal irradiance: 1501 is impossible"),
+        ("1 1 12 3001 0", "direct normal irradiance: 3001 is impossible: it lies outside 0 … 3000 W/m²"),
         ("1 1 12 0 9998", "diffuse horizontal irradiance: 9998 is impossible"),
-        ("1 1 12 0 9999", "diffuse horizontal irradiance: the value is missing (9999)"),
+        ("1 1 12 0 9999", "diffuse horizontal irradiance: the value is missing (9999 at 1/1 12.00 h): 1 of 2 steps with the sun up"),
         ("1 1 12 nan 0", "direct normal irradiance: 'nan' is not a number"),
         ("1 1 12 0 inf", "diffuse horizontal irradiance: 'inf' is not a number"),
         ("1 1 12 0", "a record needs 5 columns, this line has 4"),
@@ -176,8 +176,14 @@ fn impossible_values_are_refused_with_line_and_field() {
     }
     let good = epw_line(6, 21, 12, 60, "5.0", "850", "100");
     for (bad, expected) in [
-        (epw_line(6, 21, 12, 60, "5.0", "9999", "100"), "direct normal irradiance: the value is missing (9999)"),
-        (epw_line(6, 21, 12, 60, "5.0", "850", ""), "diffuse horizontal irradiance: the value is missing (empty)"),
+        (
+            epw_line(6, 21, 12, 60, "5.0", "9999", "100"),
+            "direct normal irradiance: the value is missing (9999 at 6/21 11.50 h): 1 of 2 steps",
+        ),
+        (
+            epw_line(6, 21, 12, 60, "5.0", "850", ""),
+            "diffuse horizontal irradiance: the value is missing (nothing at 6/21 11.50 h): 1 of 2 steps",
+        ),
         (epw_line(6, 21, 12, 60, "5.0", "850", "-1"), "diffuse horizontal irradiance: -1 is impossible"),
         (epw_line(6, 21, 12, 60, "500", "850", "1"), "dew point: 500 is impossible"),
         (epw_line(6, 21, 25, 60, "5.0", "850", "1"), "hour: 25 is impossible"),
@@ -242,9 +248,9 @@ fn radiation_that_was_not_measured_at_night_is_none() {
         assert!(warned.contains("at 6/21 0.50 h, and 7 more steps): 0 is used"), "{warned}");
     }
     for (at_noon, message) in [
-        (["-999", "100"], "line 20: direct normal irradiance: the value is missing (-999)"),
-        (["600", "9999"], "line 20: diffuse horizontal irradiance: the value is missing (9999)"),
-        (["", "100"], "line 20: direct normal irradiance: the value is missing (empty)"),
+        (["-999", "100"], "line 20: direct normal irradiance: the value is missing (-999 at 6/21 11.50 h): 1 of 16 steps"),
+        (["600", "9999"], "line 20: diffuse horizontal irradiance: the value is missing (9999 at 6/21 11.50 h): 1 of 16 steps"),
+        (["", "100"], "line 20: direct normal irradiance: the value is missing (nothing at 6/21 11.50 h): 1 of 16 steps"),
         (["-5", "100"], "line 20: direct normal irradiance: -5 is impossible"),
     ] {
         assert!(refusal(&day(["0", "0"], at_noon)).starts_with(message), "{}", refusal(&day(["0", "0"], at_noon)));
@@ -255,7 +261,10 @@ fn radiation_that_was_not_measured_at_night_is_none() {
         let values: Vec<_> = read(&text).records.iter().map(|r| (r.direct, r.diffuse)).collect();
         assert_eq!(values, [(0.0, 0.0), (0.0, 0.0), (700.0, 120.0)]);
         assert!(warning(&text).contains("(-999 at 6/21 0.50 h, and 1 more steps)"), "{}", warning(&text));
-        assert!(refusal(&text.replace("12.5 700", "12.5 -999")).contains("the value is missing (-999)"));
+        assert!(
+            refusal(&text.replace("12.5 700", "12.5 -999"))
+                .contains("the value is missing (-999 at 6/21 12.50 h): 1 of 1 steps with the sun up")
+        );
     }
 }
 
@@ -392,4 +401,53 @@ fn the_reference_year_is_complete() {
         assert_eq!(w.records.len(), 8760);
         assert!((w.latitude - 40.78).abs() < 1e-9 && (w.longitude + 73.96).abs() < 1e-9);
     }
+}
+
+#[test]
+fn a_few_gaps_by_day_are_dark_and_said_many_are_refused() {
+    // 24 days of 24 hours, the sun up in 16 of each: 384 steps, of which 19 may lack their radiation.
+    let days: Vec<(u8, u8)> = (5..=28).map(|d| (6, d)).collect();
+    let whole = hourly_epw("6/5,6/28", &days);
+    let daylit = {
+        let w = read(&whole);
+        w.records.iter().filter(|r| w.sun(r).altitude > 0.0).count()
+    };
+    assert!((380..=390).contains(&daylit), "{daylit}");
+    let with_gaps = |count: usize| {
+        let w = read(&whole);
+        let lines: Vec<usize> = w.records.iter().filter(|r| w.sun(r).altitude > 0.0).map(|r| r.line).take(count).collect();
+        whole
+            .lines()
+            .enumerate()
+            .map(|(i, l)| {
+                if !lines.contains(&(i + 1)) {
+                    return format!("{l}\n");
+                }
+                let mut fields: Vec<&str> = l.split(',').collect();
+                (fields[14], fields[15]) = ("-999", "100");
+                fields.join(",") + "\n"
+            })
+            .collect::<String>()
+    };
+    let w = read(&with_gaps(19));
+    let gaps: Vec<_> = w.records.iter().filter(|r| w.sun(r).altitude > 0.0).take(19).collect();
+    // The diffuse half of such a step was measured, but a sky of half a measurement is no sky.
+    assert!(gaps.iter().all(|r| (r.direct, r.diffuse) == (0.0, 0.0)));
+    let text = warning(&with_gaps(19));
+    assert!(text.contains(&format!("19 of {daylit} steps with the sun up: these are dark in the results")), "{text}");
+    assert!(refusal(&with_gaps(20)).contains(&format!("20 of {daylit} steps with the sun up")), "{}", refusal(&with_gaps(20)));
+}
+
+#[test]
+fn a_direct_value_above_the_suns_is_used_and_said() {
+    for (units, value, told) in [("1", "2337", "2337 W/m²"), ("2", "1501", "1501 W/m²"), ("3", "200000", "200000 lx")] {
+        let text = wea(&format!("4 28 17.5 {value} 120\n4 28 18.5 1300 120\n")).replace("units 1", &format!("units {units}"));
+        assert_eq!(read(&text).records[0].direct, value.parse::<f64>().unwrap());
+        let warned = warning(&text);
+        assert!(
+            warned.contains(&format!("line 7: brighter than the sun outside the atmosphere ({told} at 4/28 17.50 h): used")),
+            "{warned}"
+        );
+    }
+    assert_eq!(warning(&wea("4 28 17.5 1500 120\n")), "");
 }
