@@ -14,6 +14,8 @@ const MAX_IRRADIANCE: f64 = 2.0 * LIKELY_IRRADIANCE;
 /// Share of the steps with the sun up that may lack their radiation.
 const MAX_GAPS: f64 = 0.05;
 
+const FILL_GAPS: &str = "fill the gap, for instance from a neighbouring hour, or use another weather file";
+
 /// Steps of which one thing is said once: the first with what stands there, and how many follow.
 #[derive(Default)]
 struct Noted {
@@ -95,6 +97,12 @@ impl Radiation {
         for (k, word) in words.map(str::trim).into_iter().enumerate() {
             let name = self.names[k];
             let v = if word.is_empty() { self.missing } else { number(word, name)? };
+            // Radiance's gendaymtx takes -999 by day as dark and refuses 9999; so is it here.
+            if is_missing(v) && v > 0.0 && !is_night {
+                return Err(Error::new(format!("the value is missing ({})", if word.is_empty() { "empty" } else { word }))
+                    .field(name)
+                    .help(FILL_GAPS));
+            }
             if is_missing(v) || (is_night && v < 0.0) {
                 dark.get_or_insert((k, word));
                 continue;
@@ -129,16 +137,15 @@ impl Radiation {
         }
         if let Some((told, line)) = self.gaps.told() {
             let (gaps, daylit) = (self.gaps.count(), self.daylit);
-            let filled = "fill the gaps, for instance from neighbouring hours, or use another weather file";
             let message = format!("the value is missing ({told}): {gaps} of {daylit} steps with the sun up");
             if gaps as f64 > MAX_GAPS * daylit as f64 {
-                return Err(Error::new(message).line(line).field(self.gap).help(filled));
+                return Err(Error::new(message).line(line).field(self.gap).help(FILL_GAPS));
             }
             warnings.push(
                 Error::new(format!("{message}: these are dark in the results, so sums and shares of the year come out too low"))
                     .line(line)
                     .field(self.gap)
-                    .help(filled),
+                    .help(FILL_GAPS),
             );
         }
         if let Some((told, line)) = self.bright.told() {
