@@ -20,7 +20,7 @@ use lucarne::sky::{SkyOptions, sky_matrix};
 use lucarne::weather::Weather;
 use lucarne::{Warnings, matrix::Matrix};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 #[path = "../src/testing.rs"]
 mod testing;
