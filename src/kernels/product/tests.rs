@@ -201,6 +201,7 @@ fn the_largest_and_smallest_numbers_stay_within_the_rounding_bound() {
             filled(146, 10, &|row, _| 1.0 + (row / 2) as f32),
         ),
     ];
+    let mut worst = 0.0f64;
     for multiplier in multipliers("extreme products") {
         for (what, a, b) in &cases {
             let (exact, magnitudes) = reference::product(&a.map(f64::from), &b.map(f64::from));
@@ -209,9 +210,12 @@ fn the_largest_and_smallest_numbers_stay_within_the_rounding_bound() {
                 let allowed = reference::gamma(a.cols()) * magnitude + a.cols() as f64 * tiny;
                 let error = (f64::from(*got) - exact).abs();
                 assert!(error <= allowed, "{what}, {}: {got}, not {exact}", multiplier.description());
+                worst = worst.max(error / allowed.max(tiny));
                 // No sum of light is off by more than a ten-thousandth.
                 assert!(what.contains("cancel") || error <= 1e-4 * exact + a.cols() as f64 * tiny, "{what}: {got}, not {exact}");
             }
         }
     }
+    let found = format!("at most {} of the bound of f32 rounding", crate::testing::percent(worst));
+    crate::testing::measured("extreme-products", &found, "that bound");
 }
