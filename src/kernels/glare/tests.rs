@@ -524,6 +524,7 @@ fn faults_planted_in_the_shaders_are_found() {
         ("glare/compact", "step *= 2u", "step *= 4u"),
         ("glare/compact", "params.first_hour + hour", "params.first_hour"),
         ("glare/add", "+= bitcast", "= bitcast"),
+        ("glare/add", "luminance[addition.x]", "luminance[addition.x + 1u]"),
     ];
     for (path, from, to) in faults {
         let product = product::OnDevice::with_kernel(&device, DeviceKernel::Tiled).unwrap().tiles_of(1);

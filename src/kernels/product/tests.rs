@@ -86,6 +86,7 @@ fn faults_planted_in_the_shaders_are_found() {
         (DeviceKernel::Tiled, "shared/gemm", "= row2;", "= row1;"),
         (DeviceKernel::Tiled, "shared/gemm", "= turned[3];", "= turned[2];"),
         (DeviceKernel::Tiled, "product/pack", "element * params.components + component]", "element * params.components]"),
+        (DeviceKernel::Tiled, "product/pack", "element % params.columns", "element % params.rows"),
         (DeviceKernel::Subgroup, "generated/lanes", "(rows.z, 1u)", "(rows.z, 0u)"),
         (DeviceKernel::Subgroup, "generated/lanes", "term < params.inner", "term + 8u < params.inner"),
         (DeviceKernel::Subgroup, "product/gemm_subgroup", "+ params.first_column +", "+ 1u +"),
