@@ -1,8 +1,8 @@
-# make demo    build, and compute a year of daylight in the office of scenes/office
-# make test    check format and lints, run all tests
-# make bench   measure kernels and the whole job, write target/bench.json
+# make demo        build, and compute a year of daylight in the office of scenes/office
+# make test        check format and lints, run all tests
+# make bench       measure kernels and the whole job, write target/bench.json
 # make validation  run all tests and benchmarks, write what they measured into VALIDATION.md
-# make viewer  build the viewer and look at the demo's results (which it computes if there are none)
+# make viewer      build the viewer and look at the demo's results (which it computes if there are none)
 #
 # All share one build of every crate: the same profile, and features that .ci/builds-once compares.
 # Clippy alone checks all crates once more, without making code of them.
