@@ -87,6 +87,7 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("trace/light_paths", "rings[ring].cos2_low - rings[ring].cos2_high", "rings[ring].cos2_low + rings[ring].cos2_high"),
     ("trace/light_paths", "path.flux /= survival;", ""),
     ("trace/light_compact", "light.strength > 0.0 &&", "light.strength > 0.05 &&"),
+    ("trace/light_compact", "lights[row * params.room + kept]", "lights[row * params.room]"),
     ("trace/view_gather", "let cos_light = -dot(", "let cos_light = dot("),
     ("trace/view_gather", "distance2 * max(distance2, near2)", "distance2 * distance2"),
     ("trace/view_gather", "* FRAC_1_PI", "* 0.35"),
