@@ -1,7 +1,8 @@
 // Light of suns and of their images in flat mirrors. An image is looked for where it stands, and counts where
 // the mirrors met are those that make it.
 
-import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
+import package::generated::{FAR_AWAY};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE};
 import package::shared::material::{materials, largest, smooth_specular};
 import package::shared::gates::{may_come_in};
 import package::shared::sun::{is_clear, is_mirror, sun_transmittance};

@@ -1,41 +1,10 @@
 // Pairs of a receiver and a sun, or its image in flat mirrors.
 
-import package::shared::receiver::{Receiver};
+import package::generated::{PairParams, Receiver, SunRecord};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::gates::{may_come_in};
 import package::shared::mirrored::{MIRRORED, image_of};
-import package::shared::sun::{SunRecord, sun_direction};
-
-struct Pair {
-    // Number of the receiver: [batch][receiver].
-    cell: u32,
-    sun: u32,
-}
-
-struct PairParams {
-    seed: u32,
-    // Per batch.
-    receivers: u32,
-    suns: u32,
-    batches: u32,
-    // Openings, as `may_come_in` takes them.
-    window_count: u32,
-    gates: u32,
-    // Points of the disc per receiver and batch.
-    disc_samples: u32,
-    // Points of the disc's rim that are looked at where all other points agree: whatever covers a part of
-    // the disc from one side is seen at its rim first.
-    rim: u32,
-    // Columns of the matrix that takes a direction to the sun to that of its image.
-    image_x: vec3<f32>,
-    // Receivers from one batch to the next; 0 if all batches share them.
-    batch_stride: u32,
-    image_y: vec3<f32>,
-    // Pairs that are listed.
-    pairs: u32,
-    image_z: vec3<f32>,
-    padding0: u32,
-}
+import package::shared::sun::{sun_direction};
 
 @group(0) @binding(6) var<uniform> params: PairParams;
 // [receiver], or [batch][receiver]

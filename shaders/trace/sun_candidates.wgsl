@@ -1,7 +1,8 @@
 // Direct light of suns, first step: lists the pairs of a receiver and a sun that may see each other through
 // an opening. Most do not, and rays of the others then go side by side.
 
-import package::shared::pairs::{Pair, params, receivers, suns, receiver_of, is_open, pair_direction};
+import package::generated::{Pair};
+import package::shared::pairs::{params, receivers, suns, receiver_of, is_open, pair_direction};
 import package::shared::counters::{count_finished};
 
 // In any order.

@@ -2,26 +2,11 @@
 // radiance that leaves them: cosines over squared distance times area), or of panes, where geometry is known
 // better later. 0 where something is in the way. One pair of receiver and point per invocation.
 
-import package::shared::receiver::{Receiver, SunVertex};
+import package::generated::{LinkParams, Receiver, SunVertex};
 import package::shared::bvh::{light_passing, ANY, ANY_BUT_CLEAR};
 import package::shared::sun::{HAS_PANES};
 import package::shared::window::{windows, rings, window_triangles, leaves_through_window};
 import package::shared::counters::{counters, count_finished};
-
-struct LinkParams {
-    receivers: u32,
-    points: u32,
-    // Vertices per point.
-    slots: u32,
-    // Windows that light must leave through; from anywhere if there are none.
-    window_count: u32,
-    components: u32,
-    // Whether only what is in the way counts.
-    plain: u32,
-    // Points of each batch, and receivers from one batch to the next; 0 if all batches share them.
-    batch_points: u32,
-    batch_stride: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: LinkParams;
 // [receiver], or [batch][receiver]

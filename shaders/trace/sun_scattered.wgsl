@@ -1,50 +1,13 @@
 // Light of one sun, or its image in flat mirrors, by way of a list of paths: what a receiver gets, or the
 // radiance that a point of a shade sends to its front. One list and sun per invocation.
 
-import package::shared::receiver::{SunVertex};
+import package::generated::{ScatteredParams, SunRecord, SunVertex, VertexList};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{materials, largest};
 import package::shared::mirrored::{image_of, arriving};
-import package::shared::sun::{SunRecord, sun_direction, vertex_light};
+import package::shared::sun::{sun_direction, vertex_light};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
-
-struct ScatteredParams {
-    seed: u32,
-    lists: u32,
-    // Suns of each set: numbers `set`, `set + stride` …
-    suns: u32,
-    stride: u32,
-    all_suns: u32,
-    components: u32,
-    // Slots per path, which ends with its first vertex without material.
-    path_slots: u32,
-    // Whether neighbours take neighbouring lists, not suns.
-    lists_first: u32,
-    // Columns of the matrix that takes a direction to the sun to that of its image.
-    image_x: vec3<f32>,
-    // Openings that light of an image must pass.
-    window_count: u32,
-    image_y: vec3<f32>,
-    gates: u32,
-    image_z: vec3<f32>,
-    // Radiance of the brightest surface by the irradiance of the sun: what paths without a vertex count with.
-    brightest: f32,
-}
-
-struct VertexList {
-    // Its first vertex; paths follow each other.
-    first: u32,
-    paths: u32,
-    // Number of its first sun.
-    first_sun: u32,
-    // These choose its random numbers: lists of one stream share them out.
-    stream: u32,
-    index: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: ScatteredParams;
 @group(0) @binding(7) var<storage, read> lists: array<VertexList>;

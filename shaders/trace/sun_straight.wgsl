@@ -1,13 +1,12 @@
 // Direct light of suns, second step: what the listed pairs of a receiver and a sun, or its image in flat
 // mirrors, have of each other.
 
-import package::shared::pairs::{Pair, params, receivers, suns, receiver_of, image, is_open, pair_direction};
-import package::shared::pane::{PaneSun};
+import package::generated::{FAR_AWAY, Pair, PaneSun};
+import package::shared::pairs::{params, receivers, suns, receiver_of, image, is_open, pair_direction};
 import package::shared::material::{largest};
 import package::shared::mirrored::{MIRRORED, image_of, arriving};
 import package::shared::sun::{hidden_by_one};
 import package::shared::window::{windows, rings, crossed_window, NO_WINDOW};
-import package::shared::bvh::{FAR_AWAY};
 import package::shared::counters::{counters, count_finished};
 
 // Whether the openings are panes of scattering data, of which the through-peak lets the disc be seen.

@@ -1,30 +1,37 @@
 //! Direct light of suns, and of their images in flat mirrors. Most pairs of a receiver and a sun do not see
 //! each other: those that may are listed first, so that their rays go side by side and nothing else does.
 
-use super::openings::Gate;
 use super::pane::tables::PaneSun;
-use super::tracer::{SunRecord, SunTracer, Tile};
+use super::tracer::{STRUCTS, SunRecord, SunTracer, Tile};
 use crate::error::Result;
-use crate::gpu::{Buffer, Registered};
+use crate::gpu::{Buffer, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed};
 use glam::{Mat3, Vec3};
 
 gpu_struct! {
     /// Parameters of `trace/sun_candidates` and `trace/sun_straight`.
     pub(crate) struct PairParams {
         seed: u32,
+        /// Per batch.
         receivers: u32,
         suns: u32,
         batches: u32,
+        /// Openings, as `may_come_in` takes them.
         window_count: u32,
         gates: u32,
+        /// Points of the disc per receiver and batch.
         disc_samples: u32,
+        /// Points of the disc's rim that are looked at where all other points agree: whatever covers a part of
+        /// the disc from one side is seen at its rim first.
         rim: u32,
+        /// Columns of the matrix that takes a direction to the sun to that of its image.
         image_x: [f32; 3],
+        /// Receivers from one batch to the next; 0 if all batches share them.
         batch_stride: u32,
         image_y: [f32; 3],
+        /// Pairs that are listed.
         pairs: u32,
         image_z: [f32; 3],
         padding0: u32,
@@ -34,6 +41,7 @@ gpu_struct! {
 gpu_struct! {
     /// A receiver and a sun.
     pub(crate) struct Pair {
+        /// Number of the receiver: [batch][receiver].
         cell: u32,
         sun: u32,
     }
@@ -43,10 +51,12 @@ gpu_struct! {
 const RIM: u32 = 4;
 
 /// Shaders of this module, for the tests.
-pub(super) fn registered() -> Vec<Registered> {
-    let pairs = |path| Registered::new(path).with::<PairParams>().with::<Pair>().with::<Receiver>().with::<SunRecord>().with::<Gate>();
-    vec![pairs("trace/sun_candidates"), pairs("trace/sun_straight").with::<PaneSun>()]
+pub(super) fn registered() -> Vec<Shader> {
+    vec![CANDIDATES, DIRECT]
 }
+
+const CANDIDATES: Shader = trace::shader("trace/sun_candidates", &[STRUCTS, &[PairParams::DECLARED, Pair::DECLARED]]);
+const DIRECT: Shader = trace::shader("trace/sun_straight", &[STRUCTS, &[PairParams::DECLARED, Pair::DECLARED, PaneSun::DECLARED]]);
 
 /// What receivers get directly from every sun and its images: `[batch][receiver][sun]`, rgb, sr, and the variance
 /// that it may have by the number of points seen.
@@ -72,7 +82,7 @@ pub(super) fn light(tracer: &SunTracer<'_>, tile: &Tile<'_>, statistics: &mut Tr
         let listed = device.zeros::<Pair>("pairs of receivers and suns", all)?;
         let number = device.zeros::<u32>("number of pairs", 1)?;
         let uniform = device.uniform("pairs", &params)?;
-        let kernel = tracer.kernel("trace/sun_candidates", &mirrored(image))?;
+        let kernel = tracer.kernel(&CANDIDATES, &mirrored(image))?;
         let own = [
             ("params", &uniform),
             ("receivers", tile.receivers),
@@ -153,7 +163,7 @@ fn of_pairs(
 ) -> Result<Vec<[f32; 4]>> {
     let device = tracer.device;
     let [mirrored] = mirrored(image);
-    let kernel = tracer.kernel("trace/sun_straight", &[mirrored, ("THROUGH_PANES", f64::from(u8::from(tracer.panes.is_some())))])?;
+    let kernel = tracer.kernel(&DIRECT, &[mirrored, ("THROUGH_PANES", f64::from(u8::from(tracer.panes.is_some())))])?;
     let light = device.zeros::<[f32; 4]>("light of suns", params.pairs as usize)?;
     let uniform = device.uniform("pairs", params)?;
     let own = [

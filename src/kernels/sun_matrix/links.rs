@@ -1,31 +1,30 @@
 //! What passes between receivers and points that they share.
 
-use super::paths::SunVertex;
-use super::tracer::SunTracer;
+use super::tracer::{STRUCTS, SunTracer};
 use crate::error::Result;
-use crate::gpu::{Buffer, Registered};
+use crate::gpu::{Buffer, Shader};
 use crate::gpu_struct;
-use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::TraceStatistics;
+use crate::kernels::trace::{self, TraceStatistics};
 
 gpu_struct! {
     /// Parameters of `trace/sun_links`.
     pub(crate) struct LinkParams {
         receivers: u32,
         points: u32,
+        /// Vertices per point.
         slots: u32,
+        /// Windows that light must leave through; from anywhere if there are none.
         window_count: u32,
         components: u32,
+        /// Whether only what is in the way counts.
         plain: u32,
+        /// Points of each batch, and receivers from one batch to the next; 0 if all batches share them.
         batch_points: u32,
         batch_stride: u32,
     }
 }
 
-/// Shaders of this module, for the tests.
-pub(super) fn registered() -> Registered {
-    Registered::new("trace/sun_links").with::<LinkParams>().with::<Receiver>().with::<SunVertex>()
-}
+pub(super) const LINKS: Shader = trace::shader("trace/sun_links", &[STRUCTS, &[LinkParams::DECLARED]]);
 
 /// Points on the device.
 #[derive(Clone, Copy)]
@@ -66,6 +65,6 @@ pub(super) fn links(
     };
     let params = device.uniform("links", &params)?;
     let own = [("params", &params), ("receivers", receivers), ("vertices", points.vertices), ("links", &links)];
-    tracer.run(&tracer.kernel("trace/sun_links", &[])?, &own, (points.count * count) as u64, statistics)?;
+    tracer.run(&tracer.kernel(&LINKS, &[])?, &own, (points.count * count) as u64, statistics)?;
     Ok(links)
 }

@@ -46,10 +46,10 @@ pub use sensors::compute;
 pub use sun::Sun;
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
+pub fn registered() -> Vec<crate::gpu::Shader> {
     let mut all = direct::registered();
     all.extend(paths::registered());
-    all.extend([links::registered(), pixels::behind::registered(), shades::registered()]);
+    all.extend([links::LINKS, pixels::behind::PIXELS, shades::POINTS]);
     all.extend(pane::light::registered());
     all
 }

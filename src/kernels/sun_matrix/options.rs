@@ -1,5 +1,8 @@
 //! How much to sample.
 
+use crate::gpu::DEFAULT_MEMORY;
+use crate::kernels::trace::ROULETTE_WEIGHT;
+
 /// Slots of a path without a limit on reflections: after as many, slats of reflectance 0.5 have
 /// lost all but 2⁻¹⁶ of the light.
 const MOST_VERTICES: u32 = 16;
@@ -59,8 +62,8 @@ impl Default for SunOptions {
             part_angle: 0.05,
             batches: 4,
             seed: 1,
-            roulette_weight: 0.05,
-            memory: 1 << 30,
+            roulette_weight: ROULETTE_WEIGHT,
+            memory: DEFAULT_MEMORY,
         }
     }
 }

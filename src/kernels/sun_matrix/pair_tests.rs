@@ -76,7 +76,7 @@ fn pixels_see_suns_between_slats_as_defined() {
         ("trace/sun_straight", "cosines += max(cosine, 0.0);", "cosines += 1.0;"),
         ("trace/sun_candidates", "listed = is_open(", "listed = !is_open("),
         ("trace/sun_candidates", "let all = params.disc_samples + params.rim;", "let all = params.rim;"),
-        ("trace/sun_pixels", "weight * 0.3183098861837907", "weight * 0.35"),
+        ("trace/sun_pixels", "weight * FRAC_1_PI", "weight * 0.35"),
         ("trace/sun_pixels", "origin = leave_surface(hit, side);", "origin = leave_surface(hit, -side);"),
         ("shared/gates", "<= min(leave.x", ">= min(leave.x"),
     ] {

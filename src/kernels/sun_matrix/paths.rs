@@ -2,14 +2,12 @@
 //! sun (next-event estimation), so that the paths serve all suns.
 
 use super::direct::mirrored;
-use super::openings::Gate;
 use super::result::Hits;
-use super::tracer::{SunRecord, SunTracer, Tile};
+use super::tracer::{STRUCTS, SunTracer, SunVertex, Tile};
 use crate::error::Result;
-use crate::gpu::{Buffer, Registered};
+use crate::gpu::{Buffer, Kernel, Shader};
 use crate::gpu_struct;
-use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed};
 use glam::Mat3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -32,35 +30,27 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Where a path meets a surface that scatters (`shared/receiver.wgsl`).
-    pub(crate) struct SunVertex {
-        pub position: [f32; 3],
-        pub material: u32,
-        pub facing: [f32; 3],
-        pub thickness: f32,
-        pub incoming: [f32; 3],
-        pub reach: f32,
-        pub throughput: [f32; 3],
-        pub area: f32,
-    }
-}
-
-gpu_struct! {
     /// Parameters of `trace/sun_scattered`.
     pub(crate) struct ScatteredParams {
         seed: u32,
         lists: u32,
+        /// Suns of each set: numbers `set`, `set + stride` …
         suns: u32,
         stride: u32,
         all_suns: u32,
         components: u32,
+        /// Slots per path, which ends with its first vertex without material.
         path_slots: u32,
+        /// Whether neighbours take neighbouring lists, not suns.
         lists_first: u32,
+        /// Columns of the matrix that takes a direction to the sun to that of its image.
         image_x: [f32; 3],
+        /// Openings that light of an image must pass.
         window_count: u32,
         image_y: [f32; 3],
         gates: u32,
         image_z: [f32; 3],
+        /// Radiance of the brightest surface by the irradiance of the sun: what paths without a vertex count with.
         brightest: f32,
     }
 }
@@ -68,9 +58,12 @@ gpu_struct! {
 gpu_struct! {
     /// Paths that a receiver, or a point, gets light from.
     pub(crate) struct VertexList {
+        /// Its first vertex; paths follow each other.
         pub first: u32,
         pub paths: u32,
+        /// Number of its first sun.
         pub first_sun: u32,
+        /// These choose its random numbers: lists of one stream share them out.
         pub stream: u32,
         pub index: u32,
         pub padding0: u32,
@@ -80,17 +73,12 @@ gpu_struct! {
 }
 
 /// Shaders of this module, for the tests.
-pub(super) fn registered() -> Vec<Registered> {
-    vec![
-        Registered::new("trace/sun_vertices").with::<SunPathParams>().with::<SunVertex>().with::<Receiver>(),
-        Registered::new("trace/sun_scattered")
-            .with::<ScatteredParams>()
-            .with::<VertexList>()
-            .with::<SunVertex>()
-            .with::<SunRecord>()
-            .with::<Gate>(),
-    ]
+pub(super) fn registered() -> Vec<Shader> {
+    vec![PATHS, SCATTERED]
 }
+
+const PATHS: Shader = trace::shader("trace/sun_vertices", &[STRUCTS, &[SunPathParams::DECLARED]]);
+const SCATTERED: Shader = trace::shader("trace/sun_scattered", &[STRUCTS, &[ScatteredParams::DECLARED, VertexList::DECLARED]]);
 
 /// What lists of paths gather: `[list][value][sun of its set]`.
 pub(super) struct Gathered {
@@ -160,7 +148,7 @@ pub(super) fn gather(
         ("gates", &tracer.gates),
         ("sums", &sums),
     ];
-    let kernel = tracer.kernel("trace/sun_scattered", &mirrored(image))?;
+    let kernel = tracer.kernel(&SCATTERED, &mirrored(image))?;
     tracer.run(&kernel, &own, (how.suns * lists.len()) as u64, statistics)?;
     Ok(Gathered { values: device.read_finite(&sums)?, components, suns: how.suns })
 }
@@ -185,7 +173,7 @@ pub(super) fn start(tracer: &SunTracer<'_>, tile: &Tile<'_>, reflected_only: boo
     };
     let params = device.uniform("paths to suns", &params)?;
     let own = [("params", &params), ("receivers", tile.receivers), ("vertices", &vertices)];
-    let kernel = crate::gpu::Kernel::new(device, "trace/sun_vertices", &[], &[("REFLECTED_ONLY", f64::from(u8::from(reflected_only)))])?;
+    let kernel = Kernel::new(device, &PATHS, &[("REFLECTED_ONLY", f64::from(u8::from(reflected_only)))])?;
     tracer.run(&kernel, &own, started as u64, statistics)?;
     Ok(vertices)
 }

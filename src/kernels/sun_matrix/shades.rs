@@ -12,15 +12,15 @@
 
 use super::links::{Points, links};
 use super::options::{ScatteredBy, SunOptions};
-use super::paths::{self, Gathered, Lists, SunVertex, VertexList};
+use super::paths::{self, Gathered, Lists, VertexList};
 use super::result::{Hits, SunMatrix, mean_and_variance};
-use super::shade_cells::{Cells, ShadeCell, strided};
-use super::tracer::{MOST_PAIRS, SunTracer, Tile};
+use super::shade_cells::{self, Cells, ShadeCell, strided};
+use super::tracer::{MOST_PAIRS, STRUCTS, SunTracer, SunVertex, Tile};
 use crate::error::Result;
-use crate::gpu::{Buffer, Kernel, Plan, Registered};
+use crate::gpu::{Buffer, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed};
 use crate::progress::{Progress, cancelled};
 use rayon::prelude::*;
 
@@ -54,10 +54,9 @@ const FIRST_LOOK: usize = 16;
 const MOST_LOOKED_AT: usize = 4096;
 /// Vertices of one list: some drivers end long loops.
 const MOST_LISTED: usize = 256;
-/// Shaders of this module, for the tests.
-pub(super) fn registered() -> Registered {
-    Registered::new("trace/sun_shade_points").with::<ShadePointParams>().with::<ShadeCell>().with::<SunVertex>()
-}
+
+pub(super) const POINTS: Shader =
+    trace::shader("trace/sun_shade_points", &[shade_cells::NUMBERS, STRUCTS, &[ShadePointParams::DECLARED, ShadeCell::DECLARED]]);
 
 /// Points that receivers share.
 pub(super) struct Shades<'t, 'd> {
@@ -225,7 +224,7 @@ impl<'t, 'd> Shades<'t, 'd> {
         let vertices = device.zeros::<SunVertex>("points of shades", params.count as usize * self.slots())?;
         let uniform = device.uniform("points of shades", &params)?;
         let own = [("params", &uniform), ("cells", cells), ("vertices", &vertices)];
-        let kernel = Kernel::new(device, "trace/sun_shade_points", &[], &[])?;
+        let kernel = Kernel::new(device, &POINTS, &[])?;
         self.tracer.run(&kernel, &own, u64::from(params.count * params.paths), statistics)?;
         Ok(vertices)
     }

@@ -6,7 +6,7 @@ use super::options::SunOptions;
 use super::pane::tables::{PaneSun, PaneTables};
 use super::sun::Sun;
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Device, Kernel, Plan};
+use crate::gpu::{Buffer, Declared, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::{Receiver, finish_dispatch};
 use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces};
@@ -25,6 +25,23 @@ gpu_struct! {
         pub padding1: u32,
     }
 }
+
+gpu_struct! {
+    /// Where a path meets a surface that scatters (`shared/receiver.wgsl`).
+    pub(crate) struct SunVertex {
+        pub position: [f32; 3],
+        pub material: u32,
+        pub facing: [f32; 3],
+        pub thickness: f32,
+        pub incoming: [f32; 3],
+        pub reach: f32,
+        pub throughput: [f32; 3],
+        pub area: f32,
+    }
+}
+
+/// What shaders of suns share.
+pub(super) const STRUCTS: &[Declared] = &[SunRecord::DECLARED, SunVertex::DECLARED, Gate::DECLARED, Receiver::DECLARED];
 
 /// Points of a disc in a batch, all of which one invocation takes. Mesa's lavapipe ends all loops of an invocation
 /// after 65,535 turns; the ray to a point takes up to 60, whatever lies behind.
@@ -171,11 +188,11 @@ impl<'d> SunTracer<'d> {
     }
 
     /// A kernel that traces rays to suns.
-    pub fn kernel(&self, path: &str, constants: &[(&str, f64)]) -> Result<Kernel> {
+    pub fn kernel(&self, shader: &Shader, constants: &[(&str, f64)]) -> Result<Kernel> {
         let switch = |on: bool| f64::from(u8::from(on));
         let clear = self.tables.features.glass || self.tables.features.specular;
         let all = [&[("HAS_PANES", switch(clear)), ("MAY_ENTER", switch(self.may_enter))], constants].concat();
-        Kernel::new(self.device, path, &[], &all)
+        Kernel::new(self.device, shader, &all)
     }
 
     /// A point in the tracer's coordinates.

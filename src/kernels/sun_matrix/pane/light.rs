@@ -1,15 +1,15 @@
 //! What suns bring through panes that scatter: to receivers, and to the panes themselves as an eye sees them.
 
-use super::tables::{Pane, PaneCell, PaneSun, PaneTables};
+use super::tables::{GATHERED_SUNS, NUMBERS, Pane, PaneCell, PaneSun, PaneTables};
 use crate::error::Result;
-use crate::gpu::{Buffer, Kernel, Plan, Registered};
+use crate::gpu::{Buffer, Declared, Kernel, Plan, Shader};
 use crate::gpu_struct;
+use crate::kernels::bsdf_scattering;
 use crate::kernels::light_paths::Receiver;
 use crate::kernels::sun_matrix::links::{Points, links};
-use crate::kernels::sun_matrix::paths::SunVertex;
 use crate::kernels::sun_matrix::result::{SunMatrix, mean_and_variance};
-use crate::kernels::sun_matrix::tracer::{SunRecord, SunTracer, Tile};
-use crate::kernels::trace::{TraceStatistics, stream_seed};
+use crate::kernels::sun_matrix::tracer::{STRUCTS, SunRecord, SunTracer, SunVertex, Tile};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed};
 use crate::progress::{Progress, cancelled};
 use glam::Vec3;
 
@@ -19,14 +19,20 @@ gpu_struct! {
         seed: u32,
         receivers: u32,
         suns: u32,
+        /// Cells of the panes, or points, per batch.
         cells: u32,
         batches: u32,
         panes: u32,
+        /// Directions to a sun's disc per point.
         disc_samples: u32,
+        /// Cells that one dispatch takes of each batch where light is gathered.
         first_cell: u32,
         end_cell: u32,
+        /// Receivers from one batch to the next; 0 if all batches share them.
         batch_stride: u32,
+        /// Size of a part of a cell seen from the receiver, radians.
         part_angle: f32,
+        /// Of what passes between receivers and cells.
         components: u32,
     }
 }
@@ -35,7 +41,9 @@ gpu_struct! {
     /// A point of a pane.
     pub(crate) struct PanePoint {
         position: [f32; 3],
+        /// Beyond all panes: no point.
         pane: u32,
+        /// Towards the eye that sees it, unit length; 0 if none does.
         outgoing: [f32; 3],
         number: u32,
     }
@@ -44,15 +52,17 @@ gpu_struct! {
 gpu_struct! {
     /// A sun as a point of a pane sees it.
     pub(crate) struct PaneEnd {
+        /// What evaluation needs to know of the incident direction.
         key: [f32; 2],
+        /// x and y of the direction of travel in the pane's frame.
         direction: [f32; 2],
+        /// Cosine times solid angle times transmittance of the way and tint of the pane, 0 if nothing arrives; by way of
+        /// the pane towards an eye if there is one.
         pub strength: [f32; 3],
         padding: u32,
     }
 }
 
-/// Suns of one invocation of `pane_gather`.
-const GATHERED_SUNS: usize = 4;
 /// Cells of one dispatch of it. Mesa's lavapipe ends all loops of an invocation after 65,535 turns; a cell
 /// takes at most 65 points × (4 suns × 54 steps down a tree of 2⁹ cells + 10 rings) = 14,700.
 const GATHERED_CELLS: u32 = 4;
@@ -60,10 +70,14 @@ const GATHERED_CELLS: u32 = 4;
 const MOST_ROWS: usize = 1 << 14;
 
 /// Shaders of this module, for the tests.
-pub(in super::super) fn registered() -> Vec<Registered> {
-    let new = |path| Registered::new(path).with::<PaneParams>().with::<Pane>().with::<PaneSun>().with::<PaneEnd>();
-    vec![new("trace/pane_suns").with::<PanePoint>().with::<SunRecord>(), new("trace/pane_gather").with::<PaneCell>().with::<Receiver>()]
+pub(in super::super) fn registered() -> Vec<Shader> {
+    vec![SUNS, GATHER]
 }
+
+const OF_PANES: &[Declared] =
+    &[PaneParams::DECLARED, Pane::DECLARED, PaneSun::DECLARED, PaneCell::DECLARED, PanePoint::DECLARED, PaneEnd::DECLARED];
+const SUNS: Shader = trace::shader("trace/pane_suns", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS, OF_PANES]);
+const GATHER: Shader = trace::shader("trace/pane_gather", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS, OF_PANES]);
 
 /// The panes on the device.
 pub(in super::super) struct PaneLight<'t, 'd> {
@@ -186,7 +200,7 @@ impl<'t, 'd> PaneLight<'t, 'd> {
             ("ends", &ends),
             ("bsdf_words", &self.words),
         ];
-        self.tracer.run(&self.tracer.kernel("trace/pane_suns", &[])?, &own, all as u64, statistics)?;
+        self.tracer.run(&self.tracer.kernel(&SUNS, &[])?, &own, all as u64, statistics)?;
         Ok(ends)
     }
 
@@ -206,7 +220,7 @@ impl<'t, 'd> PaneLight<'t, 'd> {
         let links = links(self.tracer, tile.receivers, count, points, statistics)?;
         params.components = self.tracer.components() as u32;
         let sums = device.zeros::<f32>("sun matrix", batches * suns.count * count * 3)?;
-        let kernel = Kernel::new(device, "trace/pane_gather", &[], &[])?;
+        let kernel = Kernel::new(device, &GATHER, &[])?;
         while params.end_cell < params.cells {
             params.first_cell = params.end_cell;
             params.end_cell = (params.first_cell + GATHERED_CELLS).min(params.cells);
@@ -222,7 +236,7 @@ impl<'t, 'd> PaneLight<'t, 'd> {
                 ("bsdf_words", &self.words),
                 ("sums", &sums),
             ];
-            self.tracer.run_alone(&kernel, &own, (count * suns.count.div_ceil(GATHERED_SUNS) * batches) as u64, statistics)?;
+            self.tracer.run_alone(&kernel, &own, (count * suns.count.div_ceil(GATHERED_SUNS as usize) * batches) as u64, statistics)?;
             if progress.stop_requested() {
                 return Err(cancelled());
             }

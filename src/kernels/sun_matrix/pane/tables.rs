@@ -16,11 +16,14 @@ gpu_struct! {
     /// A pane (`shared/pane.wgsl`).
     pub(crate) struct Pane {
         x: [f32; 3],
+        /// First word of its scattering function; NO_SCATTERING if it only lets light through directly.
         words: u32,
         y: [f32; 3],
         first_triangle: u32,
+        /// Into the room.
         pub z: [f32; 3],
         triangles: u32,
+        /// Factor on the scattering function.
         tint: [f32; 3],
         padding: u32,
     }
@@ -29,9 +32,13 @@ gpu_struct! {
 gpu_struct! {
     /// A sun seen through a pane.
     pub(crate) struct PaneSun {
+        /// Transmittance of the direct way.
         clear: [f32; 3],
+        /// Squared radius within which scattered light meets the surround of a through-peak; 0: no peak.
         guard: f32,
+        /// Scattering function there, 1/sr.
         surround: f32,
+        /// Factor on the scattering function.
         scale: f32,
         padding0: u32,
         padding1: u32,
@@ -47,8 +54,18 @@ gpu_struct! {
         area: f32,
         pub edge2: [f32; 3],
         padding0: u32,
+        /// A random point inside, where light is followed.
         pub position: [f32; 3],
         padding1: u32,
+    }
+}
+
+crate::gpu_constants! {
+    pub(super) const NUMBERS = {
+        /// In place of the first word of a scattering function, where there is none.
+        const NO_SCATTERING: u32 = u32::MAX;
+        /// Suns that one invocation of `pane_gather` takes.
+        pub(super) const GATHERED_SUNS: u32 = 4;
     }
 }
 
@@ -79,7 +96,7 @@ impl PaneTables {
             let first = bsdf.scattering().map(|s| words.push(s, Tables::Evaluate)).transpose().map_err(at)?;
             panes.push(Pane {
                 x: record.x,
-                words: first.unwrap_or(u32::MAX),
+                words: first.unwrap_or(NO_SCATTERING),
                 y: record.y,
                 first_triangle: record.first_triangle,
                 z: record.z,

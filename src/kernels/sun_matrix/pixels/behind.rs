@@ -2,12 +2,13 @@
 
 use crate::camera::{PixelSamples, Raster};
 use crate::error::Result;
-use crate::gpu::{Buffer, Device, Kernel, Registered};
+use crate::gpu::{Buffer, Device, Kernel, Shader};
 use crate::gpu_struct;
 use crate::kernels::image_matrix::PixelRay;
 use crate::kernels::light_paths::{Receiver, finish_dispatch};
 use crate::kernels::sun_matrix::pane::light::PanePoint;
-use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::kernels::sun_matrix::tracer::STRUCTS;
+use crate::kernels::trace::{self, Counters, FAR_AWAY, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
 use crate::scene::{Scene, Window};
 
 gpu_struct! {
@@ -17,17 +18,17 @@ gpu_struct! {
         pixels: u32,
         batches: u32,
         window_count: u32,
+        /// Materials from here on are those of shades.
         first_shade: u32,
+        /// Whether the windows are panes, where a ray ends.
         panes: u32,
         padding0: u32,
         padding1: u32,
     }
 }
 
-/// Shaders of this module, for the tests.
-pub(in super::super) fn registered() -> Registered {
-    Registered::new("trace/sun_pixels").with::<SunPixelParams>().with::<PixelRay>().with::<Receiver>().with::<PanePoint>()
-}
+pub(in super::super) const PIXELS: Shader =
+    trace::shader("trace/sun_pixels", &[STRUCTS, &[SunPixelParams::DECLARED, PixelRay::DECLARED, PanePoint::DECLARED]]);
 
 /// Finds what is behind pixels.
 pub(super) struct Behind<'a> {
@@ -61,7 +62,7 @@ impl<'a> Behind<'a> {
             raster,
             scene: tables.upload(device)?,
             tables,
-            kernel: Kernel::new(device, "trace/sun_pixels", &[], &[])?,
+            kernel: Kernel::new(device, &PIXELS, &[])?,
             counters: device.zeros::<Counters>("path counters", 1)?,
             samples: PixelSamples::new(batches as usize, 1.0, u64::from(seed))?,
             windows: windows.len(),
@@ -116,7 +117,7 @@ fn pixel_ray(tables: &TraceTables, raster: &Raster, samples: &PixelSamples, pixe
     ray.map_or_else(
         || PixelRay::new([0.0; 3], 0.0, [0.0, 0.0, 1.0], pixel as u32),
         |r| {
-            let length = if r.length > 0.0 { (r.length * tables.normalization.scale) as f32 } else { 1e30 };
+            let length = if r.length > 0.0 { (r.length * tables.normalization.scale) as f32 } else { FAR_AWAY as f32 };
             PixelRay::new(tables.normalization.point(r.origin).to_array(), length, r.direction.as_vec3().to_array(), pixel as u32)
         },
     )
