@@ -4,7 +4,7 @@ import package::generated::{FAR_AWAY, Ring, TAU, Window};
 import package::shared::bins::{azimuth_bin};
 import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 
-// Whether the scene has panes of glass, which let straight connections through.
+// Whether the scene has panes of glass, which let direct connections through.
 override HAS_GLASS: bool = true;
 
 @group(0) @binding(3) var<storage, read> windows: array<Window>;
@@ -234,8 +234,8 @@ fn enters_window(origin: vec3<f32>, direction: vec3<f32>) -> bool {
     return false;
 }
 
-// What part of light passes straight from `origin` along `direction` over `distance`: 0 where a
+// What part of light passes directly from `origin` along `direction` over `distance`: 0 where a
 // surface is in the way, otherwise the transmittance of the panes passed.
-fn straight_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {
+fn direct_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     return light_passing(origin, direction, distance, select(ANY, ANY_BUT_GLASS, HAS_GLASS));
 }

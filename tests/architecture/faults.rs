@@ -15,7 +15,7 @@ const LEAST: usize = 2;
 const MARKS: &[&str] = &["mutation::with(", "OnDevice::build("];
 
 /// Kernels without so many faults, by their path below `shaders/`; the list may only become shorter.
-const WITHOUT_FAULTS: &[&str] = &["trace/pixel_direct", "trace/pixel_gather", "trace/pixel_receivers"];
+const WITHOUT_FAULTS: &[&str] = &["image_matrix/direct", "image_matrix/gather", "image_matrix/receivers"];
 
 /// Shaders by their path below a folder without `.wgsl`, without comments.
 fn shaders(root: &Path) -> BTreeMap<String, String> {

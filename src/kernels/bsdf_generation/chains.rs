@@ -15,7 +15,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 gpu_struct! {
-    /// A chain of diffuse reflections (`shaders/bsdf/chain.wgsl`).
+    /// A chain of diffuse reflections (`shaders/bsdf_generation/chain.wgsl`).
     pub(crate) struct Chain {
         /// The latest point.
         position: [f32; 3],
@@ -41,9 +41,9 @@ pub(super) fn registered() -> Vec<Shader> {
 }
 
 const STRUCTS: &[Declared] = &[GenerationParams::DECLARED, Chain::DECLARED];
-const START: Shader = trace::shader("bsdf/chain_start", &[directions::NUMBERS, STRUCTS]);
-const FANS: Shader = trace::shader("bsdf/fans", &[directions::NUMBERS, STRUCTS]);
-const WALK: Shader = trace::shader("bsdf/chain_walk", &[directions::NUMBERS, STRUCTS]);
+const START: Shader = trace::shader("bsdf_generation/chain_start", &[directions::NUMBERS, STRUCTS]);
+const FANS: Shader = trace::shader("bsdf_generation/fans", &[directions::NUMBERS, STRUCTS]);
+const WALK: Shader = trace::shader("bsdf_generation/chain_walk", &[directions::NUMBERS, STRUCTS]);
 
 /// Rays of one dispatch: bounds its time.
 const MOST_RAYS: usize = 1 << 20;

@@ -329,7 +329,7 @@ fn other_windows_and_the_own_one_absorb() {
         ),
     ] {
         let fault =
-            mutation::with("trace/daylight_paths", from, to, || compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap());
+            mutation::with("daylight_matrix/paths", from, to, || compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap());
         assert!(worst(&fault) > 6.0, "{to}: {}", worst(&fault));
     }
     // The same with black plates in place of the windows, the own one a little behind its plane.

@@ -11,7 +11,7 @@ use crate::kernels::trace::{self, TraceStatistics, stream_seed};
 use glam::{Mat3, Vec3};
 
 gpu_struct! {
-    /// Parameters of `trace/sun_candidates` and `trace/sun_straight`.
+    /// Parameters of `sun_matrix/candidates` and `sun_matrix/direct`.
     pub(crate) struct PairParams {
         seed: u32,
         /// Per batch.
@@ -55,8 +55,8 @@ pub(super) fn registered() -> Vec<Shader> {
     vec![CANDIDATES, DIRECT]
 }
 
-const CANDIDATES: Shader = trace::shader("trace/sun_candidates", &[STRUCTS, &[PairParams::DECLARED, Pair::DECLARED]]);
-const DIRECT: Shader = trace::shader("trace/sun_straight", &[STRUCTS, &[PairParams::DECLARED, Pair::DECLARED, PaneSun::DECLARED]]);
+const CANDIDATES: Shader = trace::shader("sun_matrix/candidates", &[STRUCTS, &[PairParams::DECLARED, Pair::DECLARED]]);
+const DIRECT: Shader = trace::shader("sun_matrix/direct", &[STRUCTS, &[PairParams::DECLARED, Pair::DECLARED, PaneSun::DECLARED]]);
 
 /// What receivers get directly from every sun and its images: `[batch][receiver][sun]`, rgb, sr, and the variance
 /// that it may have by the number of points seen.

@@ -7,7 +7,7 @@ use crate::gpu_struct;
 use crate::kernels::trace::{self, TraceStatistics};
 
 gpu_struct! {
-    /// Parameters of `trace/sun_links`.
+    /// Parameters of `sun_matrix/links`.
     pub(crate) struct LinkParams {
         receivers: u32,
         points: u32,
@@ -24,7 +24,7 @@ gpu_struct! {
     }
 }
 
-pub(super) const LINKS: Shader = trace::shader("trace/sun_links", &[STRUCTS, &[LinkParams::DECLARED]]);
+pub(super) const LINKS: Shader = trace::shader("sun_matrix/links", &[STRUCTS, &[LinkParams::DECLARED]]);
 
 /// Points on the device.
 #[derive(Clone, Copy)]

@@ -134,7 +134,7 @@ fn mirror_slats_agree_with_the_definition() {
         ("entered && reflected && largest(rest)", "entered && largest(rest)"),
         ("largest(rest) < SAME_IMAGE", "largest(rest) < 4.0"),
     ] {
-        let found = mutation::with("shared/mirrored", from, to, || worst(false));
+        let found = mutation::with("sun_matrix/mirrored", from, to, || worst(false));
         assert!(found > 1.0, "{to}: {found}");
     }
     measured("mirror-slats", &format!("{} of what is allowed", short(found)), &format!("{} + 4 standard errors", percent(OF_MIRRORED)));
@@ -293,7 +293,8 @@ fn a_picture_shows_the_suns_images_as_bright_as_a_sensor_has_them() {
         assert!(found_worst < 1.0 && images >= 5, "{found_worst} {images}");
         most = most.max(found_worst);
     }
-    let without = mutation::with("shared/mirrored", "result *= parts[1];", "result *= 0.5 * parts[1];", || at_eyes(&sensors[..1], false));
+    let without =
+        mutation::with("sun_matrix/mirrored", "result *= parts[1];", "result *= 0.5 * parts[1];", || at_eyes(&sensors[..1], false));
     assert!(worst(&without).0 > 1.0);
     measured("eye-of-images", &format!("{} of what is allowed", short(most)), &format!("{} + 4 standard errors", percent(OF_LIGHT)));
 }

@@ -7,7 +7,7 @@ use crate::scene::Window;
 use glam::{DVec3, Vec3};
 
 gpu_struct! {
-    /// A box that light must pass (`shared/gates.wgsl`).
+    /// A box that light must pass (`sun_matrix/gates.wgsl`).
     pub(crate) struct Gate {
         x: [f32; 3],
         padding0: u32,

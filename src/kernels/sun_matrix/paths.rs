@@ -12,7 +12,7 @@ use glam::Mat3;
 use std::f32::consts::FRAC_1_PI;
 
 gpu_struct! {
-    /// Parameters of `trace/sun_vertices`.
+    /// Parameters of `sun_matrix/paths`.
     pub(crate) struct SunPathParams {
         seed: u32,
         receivers: u32,
@@ -30,7 +30,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `trace/sun_scattered`.
+    /// Parameters of `sun_matrix/scattered`.
     pub(crate) struct ScatteredParams {
         seed: u32,
         lists: u32,
@@ -77,8 +77,8 @@ pub(super) fn registered() -> Vec<Shader> {
     vec![PATHS, SCATTERED]
 }
 
-const PATHS: Shader = trace::shader("trace/sun_vertices", &[STRUCTS, &[SunPathParams::DECLARED]]);
-const SCATTERED: Shader = trace::shader("trace/sun_scattered", &[STRUCTS, &[ScatteredParams::DECLARED, VertexList::DECLARED]]);
+const PATHS: Shader = trace::shader("sun_matrix/paths", &[STRUCTS, &[SunPathParams::DECLARED]]);
+const SCATTERED: Shader = trace::shader("sun_matrix/scattered", &[STRUCTS, &[ScatteredParams::DECLARED, VertexList::DECLARED]]);
 
 /// What lists of paths gather: `[list][value][sun of its set]`.
 pub(super) struct Gathered {

@@ -71,18 +71,18 @@ fn shared_points_agree_with_the_reference() {
         worst = found.iter().copied().fold(worst, f64::max);
         // Faults put into the shaders are found.
         let faults = [
-            (2, "trace/sun_links", "height / distance * slope * point.area", "height / distance * point.area"),
-            (2, "trace/sun_links", "(params.window_count == 0u || leaves", "(params.window_count == 0u || !leaves"),
-            (2, "trace/sun_links", "slope * point.area /", "0.9 * slope * point.area /"),
+            (2, "sun_matrix/links", "height / distance * slope * point.area", "height / distance * point.area"),
+            (2, "sun_matrix/links", "(params.window_count == 0u || leaves", "(params.window_count == 0u || !leaves"),
+            (2, "sun_matrix/links", "slope * point.area /", "0.9 * slope * point.area /"),
             (
                 2,
-                "trace/sun_shade_points",
+                "sun_matrix/shade_points",
                 "cell.facing, 0.0, vec3<f32>(1.0), cell.weight)",
                 "cell.facing, 0.0, vec3<f32>(1.0), 0.9 * cell.weight)",
             ),
             (
                 4,
-                "trace/sun_shade_points",
+                "sun_matrix/shade_points",
                 "let total = (reflected + transmitted) / f32(params.paths);",
                 "let total = 0.7 * (reflected + transmitted);",
             ),
@@ -131,7 +131,7 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
         worst = worst.max(off);
         if what == "triangle" {
             let (from, to) = ("height / distance * slope * point.area", "height / distance * point.area");
-            let (light, _) = mutation::with("trace/sun_links", from, to, found);
+            let (light, _) = mutation::with("sun_matrix/links", from, to, found);
             assert!((light / expected - 1.0).abs() > 2e-3, "{light} {expected}");
         }
         if what == "both" {
@@ -143,7 +143,7 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
             let hidden = || at(&run(&device, &b.scene, Openings::Anywhere, &[s], &[low.as_point()], &options).total, 0, 0, 0);
             assert_eq!(hidden(), 0.0);
             let (from, to) = ("light_passing(receiver.position, direction, distance,", "light_passing(receiver.position, direction, 1e-3,");
-            assert!(mutation::with("trace/sun_links", from, to, hidden) > 0.9 * expected);
+            assert!(mutation::with("sun_matrix/links", from, to, hidden) > 0.9 * expected);
         }
     }
     measured("shared-points-plate", &short(worst), &format!("6 standard errors + {}", short(BEYOND_NOISE)));
@@ -224,7 +224,7 @@ fn what_panes_reflect_is_counted_once() {
     assert!(paths.0 > 0.0 && (points.0 - paths.0).abs() < 6.0 * points.1.hypot(paths.1));
     // Without the weights of forced reflections they differ.
     let (from, to) = ("pane[1] / REFLECTED", "pane[1]");
-    let fault = mutation::with("shared/sun_path", from, to, || sums(ScatteredBy::Points));
+    let fault = mutation::with("sun_matrix/follow_path", from, to, || sums(ScatteredBy::Points));
     assert!((fault.0 - points.0).abs() > 6.0 * fault.1.hypot(points.1), "{fault:?} {points:?}");
 }
 

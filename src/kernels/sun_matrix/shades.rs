@@ -25,7 +25,7 @@ use crate::progress::{Progress, cancelled};
 use rayon::prelude::*;
 
 gpu_struct! {
-    /// Parameters of `trace/sun_shade_points`.
+    /// Parameters of `sun_matrix/shade_points`.
     pub(crate) struct ShadePointParams {
         seed: u32,
         first: u32,
@@ -56,7 +56,7 @@ const MOST_LOOKED_AT: usize = 4096;
 const MOST_LISTED: usize = 256;
 
 pub(super) const POINTS: Shader =
-    trace::shader("trace/sun_shade_points", &[shade_cells::NUMBERS, STRUCTS, &[ShadePointParams::DECLARED, ShadeCell::DECLARED]]);
+    trace::shader("sun_matrix/shade_points", &[shade_cells::NUMBERS, STRUCTS, &[ShadePointParams::DECLARED, ShadeCell::DECLARED]]);
 
 /// Points that receivers share.
 pub(super) struct Shades<'t, 'd> {

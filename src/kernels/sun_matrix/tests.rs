@@ -75,7 +75,7 @@ fn direct_light_agrees_with_the_reference() {
     assert!((0..4).all(|r| m.total.at(r, 4)[0] == 0.0), "the sun behind the house is not seen");
     // Faults put into the shader are found.
     for (file, from, to) in [
-        ("trace/sun_straight", "cosines += max(cosine, 0.0);", "cosines += 1.0;"),
+        ("sun_matrix/direct", "cosines += max(cosine, 0.0);", "cosines += 1.0;"),
         ("shared/window", "if dot(direction, window.z) >= 0.0", "if dot(direction, window.z) < 0.0"),
         ("shared/bvh", "result *= pane_transmittance(triangle, slope);", "result *= 0.9;"),
     ] {
@@ -206,11 +206,11 @@ fn scattered_light_agrees_with_the_reference() {
         }
         // Faults put into the shaders are found, also those of 10 %.
         for (file, from, to) in [
-            ("shared/sun", "(share * cos_out)", "(share * 0.9 * cos_out)"),
-            ("trace/sun_scattered", "sum *= sun.solid_angle;", "sum *= 0.9 * sun.solid_angle;"),
-            ("trace/sun_scattered", "sum += of_path;", "sum = of_path;"),
-            ("trace/sun_vertices", "max(cosine, 0.0) * to_window.weight", "to_window.weight"),
-            ("trace/sun_vertices", "params.batch_stride + cell % params.receivers]", "params.batch_stride]"),
+            ("sun_matrix/sun", "(share * cos_out)", "(share * 0.9 * cos_out)"),
+            ("sun_matrix/scattered", "sum *= sun.solid_angle;", "sum *= 0.9 * sun.solid_angle;"),
+            ("sun_matrix/scattered", "sum += of_path;", "sum = of_path;"),
+            ("sun_matrix/paths", "max(cosine, 0.0) * to_window.weight", "to_window.weight"),
+            ("sun_matrix/paths", "params.batch_stride + cell % params.receivers]", "params.batch_stride]"),
         ] {
             let found = mutation::with(file, from, to, off);
             assert!(found.iter().filter(|s| **s > 4.0).count() >= 3, "{file}: {to}: {found:.1?}");

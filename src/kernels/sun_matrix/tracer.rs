@@ -15,7 +15,7 @@ use crate::scene::points::Sensor;
 use glam::{DVec3, Mat3, Vec3};
 
 gpu_struct! {
-    /// A sun (`shared/sun.wgsl`).
+    /// A sun (`sun_matrix/sun.wgsl`).
     pub(crate) struct SunRecord {
         pub direction: [f32; 3],
         pub chord: f32,

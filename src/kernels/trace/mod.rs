@@ -40,7 +40,7 @@ gpu_struct! {
         pub diffuse_transmitted: [f32; 3],
         /// Index + 1 of the window that this absorber is; 0 otherwise.
         pub window: u32,
-        /// Specular (straight through) transmittance.
+        /// Specular (direct) transmittance.
         pub specular_transmitted: [f32; 3],
         /// Unused.
         pub padding: u32,
@@ -487,7 +487,7 @@ impl Material {
     }
 }
 
-/// How a material lets light straight through, as `shared/bvh.wgsl` has it.
+/// How a material lets light through directly, as `shared/bvh.wgsl` has it.
 fn pane_kind(material: &Material) -> f32 {
     match material.kind {
         2 => 1.0,

@@ -107,12 +107,12 @@ fn images_in_smooth_planes_are_those_of_the_definition() {
     };
     assert!(worst(true) < 1.0);
     for (path, from, to) in [
-        ("trace/view_images", "towards - 2.0 * rise * view.mirror", "towards - 1.99 * rise * view.mirror"),
-        ("trace/view_images", "passed * parts[1] *", "passed * parts[1] * parts[1] *"),
-        ("trace/view_images", "passed *= parts[0];", "passed *= 0.5 * parts[0];"),
-        ("trace/view_images", "rest * 0.99999", "rest * 1.01"),
-        ("trace/view_images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
-        ("trace/view_images", "triangle_plane(hit.triangle) == view.plane", "triangle_plane(hit.triangle) > 0u"),
+        ("view_matrix/images", "towards - 2.0 * rise * view.mirror", "towards - 1.99 * rise * view.mirror"),
+        ("view_matrix/images", "passed * parts[1] *", "passed * parts[1] * parts[1] *"),
+        ("view_matrix/images", "passed *= parts[0];", "passed *= 0.5 * parts[0];"),
+        ("view_matrix/images", "rest * 0.99999", "rest * 1.01"),
+        ("view_matrix/images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
+        ("view_matrix/images", "triangle_plane(hit.triangle) == view.plane", "triangle_plane(hit.triangle) > 0u"),
         ("shared/bvh", "bitcast<u32>(bvh_triangles[triangle * 3u + 2u].w)", "0u"),
     ] {
         let found = mutation::with(path, from, to, || worst(false));
@@ -221,7 +221,7 @@ fn each_bin_behind_a_slit_has_its_own_share_of_light() {
     };
     println!("{}", compare().unwrap());
     let fault = ("windows[to_window.window], -to_window.direction", "windows[to_window.window], to_window.direction");
-    let found = mutation::with("trace/view_direct", fault.0, fault.1, compare);
+    let found = mutation::with("view_matrix/direct", fault.0, fault.1, compare);
     assert!(found.is_err(), "{found:?}");
 }
 

@@ -2,7 +2,7 @@
 //!
 //! | key | section | matrix | made by |
 //! |---|---|---|---|
-//! | `view`, `view_direct` | `[[sensors]]` | V, Vd: rows sensors, columns the bins of all windows in the project's order | `rfluxmtx -I+`; the same in a black room with `-ab 1` |
+//! | `view`, `view_matrix/direct` | `[[sensors]]` | V, Vd: rows sensors, columns the bins of all windows in the project's order | `rfluxmtx -I+`; the same in a black room with `-ab 1` |
 //! | `sun` | `[[sensors]]` | Cds: rows sensors, columns the ground and all suns of MF:n, or the suns of an earlier run's `suns.rad` | `rcontrib -I+ -m solar` |
 //! | `daylight`, `daylight_direct` | `[[window]]` | D, Dd: rows bins, columns patches, the ground first | `rfluxmtx`; the same with `-ab 0` |
 //!

@@ -14,7 +14,7 @@ use crate::progress::{Progress, cancelled};
 use glam::Vec3;
 
 gpu_struct! {
-    /// Parameters of the pane kernels (`shared/pane.wgsl`).
+    /// Parameters of the pane kernels (`sun_matrix/pane.wgsl`).
     pub(crate) struct PaneParams {
         seed: u32,
         receivers: u32,
@@ -76,8 +76,8 @@ pub(in super::super) fn registered() -> Vec<Shader> {
 
 const OF_PANES: &[Declared] =
     &[PaneParams::DECLARED, Pane::DECLARED, PaneSun::DECLARED, PaneCell::DECLARED, PanePoint::DECLARED, PaneEnd::DECLARED];
-const SUNS: Shader = trace::shader("trace/pane_suns", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS, OF_PANES]);
-const GATHER: Shader = trace::shader("trace/pane_gather", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS, OF_PANES]);
+const SUNS: Shader = trace::shader("sun_matrix/pane_suns", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS, OF_PANES]);
+const GATHER: Shader = trace::shader("sun_matrix/pane_gather", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS, OF_PANES]);
 
 /// The panes on the device.
 pub(in super::super) struct PaneLight<'t, 'd> {

@@ -13,7 +13,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 gpu_struct! {
-    /// A pane (`shared/pane.wgsl`).
+    /// A pane (`sun_matrix/pane.wgsl`).
     pub(crate) struct Pane {
         x: [f32; 3],
         /// First word of its scattering function; NO_SCATTERING if it only lets light through directly.
@@ -64,7 +64,7 @@ crate::gpu_constants! {
     pub(super) const NUMBERS = {
         /// In place of the first word of a scattering function, where there is none.
         const NO_SCATTERING: u32 = u32::MAX;
-        /// Suns that one invocation of `pane_gather` takes.
+        /// Suns that one invocation of `sun_matrix/pane_gather` takes.
         pub(super) const GATHERED_SUNS: u32 = 4;
     }
 }

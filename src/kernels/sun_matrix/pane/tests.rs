@@ -84,10 +84,10 @@ fn all_kinds_of_data_agree_with_the_definition() {
             continue;
         }
         for (file, from, to) in [
-            ("trace/pane_suns", "(value * incident.z)", "value"),
-            ("trace/pane_suns", "off_pane(point.position, -pane.z), towards)", "off_pane(point.position, -pane.z), -towards)"),
-            ("trace/pane_gather", "value * (outgoing.z * cosine", "value * (cosine"),
-            ("trace/pane_gather", "bsdf_of_keys(lobe, key, light.key)", "bsdf_of_keys(lobe, light.key, key)"),
+            ("sun_matrix/pane_suns", "(value * incident.z)", "value"),
+            ("sun_matrix/pane_suns", "off_pane(point.position, -pane.z), towards)", "off_pane(point.position, -pane.z), -towards)"),
+            ("sun_matrix/pane_gather", "value * (outgoing.z * cosine", "value * (cosine"),
+            ("sun_matrix/pane_gather", "bsdf_of_keys(lobe, key, light.key)", "bsdf_of_keys(lobe, light.key, key)"),
         ] {
             let found = mutation::with(file, from, to, worst);
             assert!(found > 1.0, "{file}: {to}: {found}");
@@ -115,7 +115,7 @@ fn a_small_even_pane_and_a_clear_one_have_their_analytic_values() {
         let value = f64::from(found.total.at(0, 0)[c]);
         assert!((value / wanted - 1.0).abs() < 1e-3, "{value} {wanted}");
     }
-    // The sun through glass, void and the clear part of trans, straight and not at all.
+    // The sun through glass, void and the clear part of trans, directly and not at all.
     let (_, w) = room();
     let s = sensor([0.0, 1.0, 0.75], [0.0, 0.0, 1.0]);
     let seen = Sun::new(DVec3::new(0.1, -1.0, 0.75));
@@ -177,7 +177,7 @@ fn cells_crossed_by_the_edge_of_a_shadow_bring_no_bias() {
     assert!(error < 0.006 * fine && (coarse - fine).abs() < 5.0 * error, "{coarse} {fine} ± {error}");
 }
 
-/// 0.1 diffuse and 0.6 straight through, on 32 cells per side.
+/// 0.1 diffuse and 0.6 directly through, on 32 cells per side.
 pub(crate) fn peaked() -> Scattering {
     let n = 32usize;
     let grid: Vec<f32> =

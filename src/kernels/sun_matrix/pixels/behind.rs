@@ -12,7 +12,7 @@ use crate::kernels::trace::{self, Counters, FAR_AWAY, TraceScene, TraceStatistic
 use crate::scene::{Scene, Window};
 
 gpu_struct! {
-    /// Parameters of `trace/sun_pixels`.
+    /// Parameters of `sun_matrix/pixels`.
     pub(crate) struct SunPixelParams {
         seed: u32,
         pixels: u32,
@@ -28,7 +28,7 @@ gpu_struct! {
 }
 
 pub(in super::super) const PIXELS: Shader =
-    trace::shader("trace/sun_pixels", &[STRUCTS, &[SunPixelParams::DECLARED, PixelRay::DECLARED, PanePoint::DECLARED]]);
+    trace::shader("sun_matrix/pixels", &[STRUCTS, &[SunPixelParams::DECLARED, PixelRay::DECLARED, PanePoint::DECLARED]]);
 
 /// Finds what is behind pixels.
 pub(super) struct Behind<'a> {

@@ -2,7 +2,7 @@
 // an opening. Most do not, and rays of the others then go side by side.
 
 import package::generated::{Pair};
-import package::shared::pairs::{params, receivers, suns, receiver_of, is_open, pair_direction};
+import package::sun_matrix::pairs::{params, receivers, suns, receiver_of, is_open, pair_direction};
 import package::shared::counters::{count_finished};
 
 // In any order.

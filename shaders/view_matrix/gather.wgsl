@@ -5,13 +5,13 @@
 // proportion to what they would give, and find the part that arrives. Where nothing is in the way
 // the rays add no noise at all.
 //
-// Connections shorter than `near_radius` are weighted down to 1/near_radius²; `view_near` adds what
+// Connections shorter than `near_radius` are weighted down to 1/near_radius²; `light_paths/near` adds what
 // they lack (Kollig and Keller 2004), so the sum is unbiased and bounded.
 
 import package::generated::{FRAC_1_PI, GatherParams, MOST_VISIBILITY_RAYS, Receiver, VirtualLight};
 import package::shared::connection::{connection};
 import package::shared::random::{hash_combine, unit_f32};
-import package::shared::window::{straight_transmittance};
+import package::shared::window::{direct_transmittance};
 import package::shared::counters::{count_finished};
 
 // Rays per sensor, bin and batch.
@@ -76,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         let light = lights[chosen[ray]];
         let to_light = light.position - sensor.position;
         let distance = length(to_light);
-        let passed = straight_transmittance(sensor.position, to_light / distance, distance * 0.999999);
+        let passed = direct_transmittance(sensor.position, to_light / distance, distance * 0.999999);
         arrived += passed * light.flux / light.strength;
     }
     let cell = ((batch * params.bins + bin) * params.sensors + sensor_index) * 3u;

@@ -4,8 +4,8 @@
 import package::generated::{FAR_AWAY};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE};
 import package::shared::material::{materials, largest, smooth_specular};
-import package::shared::gates::{may_come_in};
-import package::shared::sun::{is_clear, is_mirror, sun_transmittance};
+import package::sun_matrix::gates::{may_come_in};
+import package::sun_matrix::sun::{is_clear, is_mirror, sun_transmittance};
 import package::shared::window::{enters_window};
 
 // Whether the suns' images are looked for, not the suns themselves.

@@ -6,7 +6,7 @@
 
 import package::generated::{DirectParams, Receiver};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
-import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
+import package::shared::window::{windows, window_bin, sample_windows, direct_transmittance};
 import package::shared::counters::{count_finished};
 
 @group(0) @binding(6) var<uniform> params: DirectParams;
@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let to_window = sample_windows(sensor.position, params.window_count, sample_pair(index, 0u, seed));
     let cosine = dot(to_window.direction, sensor.normal);
     if to_window.weight > 0.0 && cosine > 0.0 {
-        let passed = straight_transmittance(sensor.position, to_window.direction, to_window.distance * 0.99999);
+        let passed = direct_transmittance(sensor.position, to_window.direction, to_window.distance * 0.99999);
         let share = cosine * (to_window.weight / to_window.total) * params.unit;
         // Rounded up or down at random: of many samples each has few units, and those of one triangle
         // of a window are nearly equal, so that rounding to the nearest would favour one of them.

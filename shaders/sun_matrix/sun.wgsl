@@ -6,7 +6,7 @@ import package::shared::bvh::{bvh_triangles, light_passing, traverse, triangle_m
 import package::shared::window::{enters_window};
 import package::shared::material::{materials, diffuse_share, is_smooth, largest};
 
-// Whether anything in the scene lets light straight through.
+// Whether anything in the scene lets light through directly.
 override HAS_PANES: bool = true;
 
 // A direction to the disc, uniform in solid angle.
@@ -22,7 +22,7 @@ fn sun_direction(sun: SunRecord, random: vec2<f32>) -> vec3<f32> {
 }
 
 // What part of a sun's light arrives: 0 where a surface is in the way, or a window that absorbs what enters,
-// otherwise the transmittance of the panes and the straight transmittance of smooth translucent surfaces passed.
+// otherwise the transmittance of the panes and the direct transmittance of smooth translucent surfaces passed.
 fn sun_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     if enters_window(origin, direction) {
         return vec3<f32>(0.0);
@@ -30,7 +30,7 @@ fn sun_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     return light_passing(origin, direction, FAR_AWAY, select(ANY, ANY_BUT_CLEAR, HAS_PANES));
 }
 
-// Whether light goes straight through in part.
+// Whether light goes through directly in part.
 fn is_clear(material: Material) -> bool {
     return material.kind == MATERIAL_GLASS || (material.kind == MATERIAL_SURFACE && is_smooth(material) && largest(material.specular_transmitted) > 0.0);
 }

@@ -2,11 +2,11 @@
 
 import package::generated::{NO_SCATTERING, Pane, PaneEnd, PaneParams, PanePoint, PaneSun, SunRecord, TRANSMISSION_FRONT};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::sun::{sun_direction, sun_transmittance};
+import package::sun_matrix::sun::{sun_direction, sun_transmittance};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{count_finished};
-import package::shared::pane::{pane_local, off_pane};
-import package::bsdf::scattering::{incident_key, outgoing_key, bsdf_of_keys, bsdf_lobe};
+import package::sun_matrix::pane::{pane_local, off_pane};
+import package::bsdf_scattering::scattering::{incident_key, outgoing_key, bsdf_of_keys, bsdf_lobe};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;

@@ -11,8 +11,8 @@
 import package::generated::{GATHERED_SUNS, Pane, PaneCell, PaneEnd, PaneParams, PaneSun, Receiver, TRANSMISSION_FRONT};
 import package::shared::counters::{count_finished};
 import package::shared::random::{hash_u32, hash_combine, unit_f32};
-import package::shared::pane::{pane_local};
-import package::bsdf::scattering::{bsdf_of_keys, bsdf_lobe, outgoing_key};
+import package::sun_matrix::pane::{pane_local};
+import package::bsdf_scattering::scattering::{bsdf_of_keys, bsdf_lobe, outgoing_key};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;

@@ -1,7 +1,7 @@
 // View matrix of a picture, third step: the light paths' vertices (virtual lights) of all bins
 // connected to each receiver.
 //
-// As in `view_gather`, what arrives with nothing in the way is summed exactly; but a pixel has few
+// As in `view_matrix/gather`, what arrives with nothing in the way is summed exactly; but a pixel has few
 // rays for all bins together, drawn in proportion to the connections. A bin's share of rays that
 // arrive is its own where it has rays, and that of the whole pixel where it has none.
 
@@ -9,7 +9,7 @@ import package::generated::{BinShare, FRAC_1_PI, MOST_VISIBILITY_RAYS, Receiver,
 import package::shared::pixel::{pixel_cell};
 import package::shared::connection::{connection};
 import package::shared::random::{hash_combine, unit_f32};
-import package::shared::window::{straight_transmittance};
+import package::shared::window::{direct_transmittance};
 import package::shared::counters::{count_finished};
 
 // Rays per receiver.
@@ -94,7 +94,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         let light = lights[chosen[ray].y];
         let to_light = light.position - receiver.position;
         let distance = length(to_light);
-        let passed = straight_transmittance(receiver.position, to_light / distance, distance * 0.999999);
+        let passed = direct_transmittance(receiver.position, to_light / distance, distance * 0.999999);
         let cell = pixel_cell(shape, chosen[ray].x, batch, pixel);
         shares[cell].traced += 1.0;
         shares[cell].arrived += passed;

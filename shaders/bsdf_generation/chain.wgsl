@@ -3,7 +3,7 @@
 // cell, is found by fans of rays: one ray per cell, so that one chain serves all entries of the BSDF.
 
 import package::generated::{Chain};
-import package::bsdf::sample::{params};
+import package::bsdf_generation::sample::{params};
 
 @group(0) @binding(7) var<storage, read_write> chains: array<Chain>;
 

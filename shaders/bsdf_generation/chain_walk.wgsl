@@ -5,9 +5,9 @@ import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::counters::{counters, count_finished};
-import package::bsdf::sample::{params, fly, in_period};
-import package::bsdf::directions::{turned};
-import package::bsdf::chain::{chains};
+import package::bsdf_generation::sample::{params, fly, in_period};
+import package::bsdf_generation::directions::{turned};
+import package::bsdf_generation::chain::{chains};
 
 @group(0) @binding(8) var<storage, read> listed: array<u32>;
 // 1 where a listed chain goes on.

@@ -1,5 +1,5 @@
 // Paths from the receivers out through the windows to the surfaces that scatter sunlight. Every vertex is
-// kept; `sun_scattered` connects it to all suns.
+// kept; `sun_matrix/scattered` connects it to all suns.
 //
 // One path per invocation. `throughput` is what the receiver gets (as irradiance) of radiance that
 // leaves the vertex towards it.
@@ -8,7 +8,7 @@ import package::generated::{PI, Receiver, SunPathParams};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{cosine_direction, largest};
 import package::shared::window::{windows, sample_windows};
-import package::shared::sun_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
+import package::sun_matrix::follow_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
 import package::shared::counters::{counters, count_finished};
 
 @group(0) @binding(6) var<uniform> params: SunPathParams;

@@ -12,8 +12,8 @@ import package::shared::random::{sample_pair, sample_four, hash_combine};
 import package::shared::bvh::{leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};
 import package::shared::counters::{counters, count_finished};
-import package::bsdf::sample::{params, fly, in_period};
-import package::bsdf::directions::{sample_cell, cell_of, turned, DIRECTIONS};
+import package::bsdf_generation::sample::{params, fly, in_period};
+import package::bsdf_generation::directions::{sample_cell, cell_of, turned, DIRECTIONS};
 
 // Whether paths go on after a diffuse reflection; otherwise they end there without a record.
 override FOLLOW_DIFFUSE: bool = true;

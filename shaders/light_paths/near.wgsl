@@ -1,13 +1,13 @@
 // View matrix: what virtual lights cannot give. Paths from the sensor, one per invocation, that
 // either start with a specular surface or meet a diffuse one nearer than `near_radius`, there
-// weighted by what `view_gather` leaves out. Windows seen by one reflection in a plane may be left to
-// `view_images`.
+// weighted by what `view_matrix/gather` leaves out. Windows seen by one reflection in a plane may be left to
+// `view_matrix/images`.
 
 import package::generated::{FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_ABSORBER, MATERIAL_GLASS, MOST_PATH_SEGMENTS, NearParams, PI, Receiver, WORKGROUPS_PER_ROW};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
-import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
+import package::shared::window::{windows, window_bin, sample_windows, direct_transmittance};
 import package::shared::counters::{counters, count_finished};
 
 @group(0) @binding(6) var<uniform> params: NearParams;
@@ -47,7 +47,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Irradiance: every cosine-distributed path stands for π sr.
     var weight = vec3<f32>(PI);
     var bounces = 0u;
-    // Before the first scattering, straight panes aside.
+    // Before the first scattering, panes aside.
     var first = true;
     var specular_before = false;
     // By nothing but one reflection in a plane.
@@ -90,7 +90,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let side = select(facing, -facing, event.transmitted);
         position = leave_surface(hit, side);
         direction = event.direction;
-        let straight_pane = material.kind == MATERIAL_GLASS && event.transmitted;
+        let passed_pane = material.kind == MATERIAL_GLASS && event.transmitted;
         if event.lobe == LOBE_DIFFUSE {
             if first {
                 let ratio = travelled / near_radius;
@@ -108,17 +108,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let to_window = sample_windows(position, params.window_count, sample_pair(index, 3u + segment * 3u, seed));
             let cosine = dot(to_window.direction, side);
             if to_window.weight > 0.0 && cosine > 0.0 {
-                let passed = straight_transmittance(position, to_window.direction, to_window.distance * 0.99999);
+                let passed = direct_transmittance(position, to_window.direction, to_window.distance * 0.99999);
                 let share = passed * weight * (cosine * to_window.weight * FRAC_1_PI);
                 deposit(row, window_bin(windows[to_window.window], -to_window.direction), share, dither);
             }
             direction = cosine_direction(side, slope);
             specular_before = false;
-        } else if !straight_pane {
+        } else if !passed_pane {
             specular_before = true;
             imaged = first && params.images == 1u && !event.transmitted && triangle_plane(hit.triangle) > 0u;
         }
-        first = first && straight_pane;
+        first = first && passed_pane;
         let strength = largest(weight);
         if strength < params.roulette_weight {
             if choices.y * params.roulette_weight >= strength {

@@ -1,14 +1,14 @@
 // View matrix: images of the windows in plane smooth surfaces, by one reflection.
 //
 // In a plane mirror a sensor sees what its own image behind the mirror would see through it. So the
-// windows are sampled from that image, as `view_direct` does from the sensor, and each ray is followed
-// from the sensor by the mirror to the window, through panes. `view_near` leaves these paths out.
+// windows are sampled from that image, as `view_matrix/direct` does from the sensor, and each ray is followed
+// from the sensor by the mirror to the window, through panes. `light_paths/near` leaves these paths out.
 
 import package::generated::{FAR_AWAY, ImageParams, ImageView, MATERIAL_GLASS};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
 import package::shared::material::{materials, smooth_specular, largest};
-import package::shared::window::{windows, window_triangles, window_bin, sample_windows, straight_transmittance};
+import package::shared::window::{windows, window_triangles, window_bin, sample_windows, direct_transmittance};
 import package::shared::counters::{counters, count_finished};
 
 // Panes on the way to a mirror, at most.
@@ -47,7 +47,7 @@ fn arriving(view: ImageView, towards: vec3<f32>, distance: f32, window: u32) -> 
             // Up to the window, from where the ray really starts.
             let to_window = window_triangles[windows[window].first_triangle * 3u].xyz - start;
             let rest = dot(to_window, windows[window].z) / dot(towards, windows[window].z);
-            return passed * parts[1] * straight_transmittance(start, towards, rest * 0.99999);
+            return passed * parts[1] * direct_transmittance(start, towards, rest * 0.99999);
         }
         if material.kind != MATERIAL_GLASS {
             break;
@@ -77,7 +77,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let passed = arriving(view, to_window.direction, to_window.distance, to_window.window);
         if largest(passed) > 0.0 {
             let share = cosine * (to_window.weight / to_window.total) * params.unit;
-            // Rounded up or down at random, as in `view_direct`.
+            // Rounded up or down at random, as in `view_matrix/direct`.
             let value = passed * share + unit_f32(hash_combine(seed + 1u, index));
             let bin = window_bin(windows[to_window.window], -to_window.direction);
             let cell = ((batch * params.views + view_index) * params.bins + bin) * 3u;

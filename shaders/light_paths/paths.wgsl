@@ -3,7 +3,7 @@
 //
 // A path of bin k carries the flux of radiance 1 in that bin: window area × projected solid angle
 // of the bin / paths. Where it meets a diffuse surface it leaves a virtual light (Keller 1997,
-// instant radiosity), which `view_gather` connects to all sensors.
+// instant radiosity), which `view_matrix/gather` connects to all sensors.
 
 import package::generated::{FAR_AWAY, LightPath, LightPathParams, PI, VirtualLight};
 import package::shared::random::{sample_pair, hash_combine};

@@ -2,10 +2,10 @@
 // mirrors, have of each other.
 
 import package::generated::{FAR_AWAY, Pair, PaneSun};
-import package::shared::pairs::{params, receivers, suns, receiver_of, image, is_open, pair_direction};
+import package::sun_matrix::pairs::{params, receivers, suns, receiver_of, image, is_open, pair_direction};
 import package::shared::material::{largest};
-import package::shared::mirrored::{MIRRORED, image_of, arriving};
-import package::shared::sun::{hidden_by_one};
+import package::sun_matrix::mirrored::{MIRRORED, image_of, arriving};
+import package::sun_matrix::sun::{hidden_by_one};
 import package::shared::window::{windows, rings, crossed_window, NO_WINDOW};
 import package::shared::counters::{counters, count_finished};
 

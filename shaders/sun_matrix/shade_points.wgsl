@@ -6,7 +6,7 @@ import package::generated::{PROBABILITY_STEPS, ShadeCell, ShadePointParams, SunV
 import package::shared::random::{sample_four, sample_pair, hash_combine};
 import package::shared::bvh::{margin_at, extent};
 import package::shared::material::{materials, cosine_direction, largest};
-import package::shared::sun_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
+import package::sun_matrix::follow_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
 

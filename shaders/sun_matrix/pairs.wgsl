@@ -2,9 +2,9 @@
 
 import package::generated::{PairParams, Receiver, SunRecord};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::gates::{may_come_in};
-import package::shared::mirrored::{MIRRORED, image_of};
-import package::shared::sun::{sun_direction};
+import package::sun_matrix::gates::{may_come_in};
+import package::sun_matrix::mirrored::{MIRRORED, image_of};
+import package::sun_matrix::sun::{sun_direction};
 
 @group(0) @binding(6) var<uniform> params: PairParams;
 // [receiver], or [batch][receiver]

@@ -1,4 +1,4 @@
-// View matrix of a picture, second step: irradiance of each receiver straight from the windows.
+// View matrix of a picture, second step: direct irradiance of each receiver from the windows.
 //
 // Many samples of the windows give what would arrive with nothing in the way; rays to some of them
 // give the share that does, bin by bin.
@@ -6,7 +6,7 @@
 import package::generated::{BinShare, Receiver, TileParams};
 import package::shared::pixel::{pixel_cell};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
+import package::shared::window::{windows, window_bin, sample_windows, direct_transmittance};
 import package::shared::counters::{count_finished};
 
 @group(0) @binding(6) var<uniform> params: TileParams;
@@ -45,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let cell = pixel_cell(shape, bin, batch, pixel);
             shares[cell].unobstructed.x += value;
             if sample % params.traced_every == 0u {
-                let passed = straight_transmittance(receiver.position, to_window.direction, to_window.distance * 0.99999) * value;
+                let passed = direct_transmittance(receiver.position, to_window.direction, to_window.distance * 0.99999) * value;
                 shares[cell].traced += value;
                 shares[cell].arrived += passed;
                 traced += value;

@@ -4,8 +4,8 @@
 import package::generated::{ScatteredParams, SunRecord, SunVertex, VertexList};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{materials, largest};
-import package::shared::mirrored::{image_of, arriving};
-import package::shared::sun::{sun_direction, vertex_light};
+import package::sun_matrix::mirrored::{image_of, arriving};
+import package::sun_matrix::sun::{sun_direction, vertex_light};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
 

@@ -43,13 +43,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var weight = vec3<f32>(1.0);
     var bounces = 0u;
     // Neither scattered nor mirrored so far: panes only.
-    var straight = true;
+    var direct = true;
     var ended = false;
     var segment = 0u;
     for (; segment < MOST_PATH_SEGMENTS; segment++) {
         let hit = closest_hit(position, direction, FAR_AWAY);
         if hit.triangle == NO_TRIANGLE {
-            deposit(bin, straight, sky_bin(direction, params.row_height, params.sky_rows), weight);
+            deposit(bin, direct, sky_bin(direction, params.row_height, params.sky_rows), weight);
             ended = true;
             break;
         }
@@ -60,7 +60,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let slope = sample_pair(index, 3u + segment * 3u, seed);
         let material = materials[triangle_material(hit.triangle)];
         let event = scatter(material, direction, facing, front, choices.x, slope);
-        straight = straight && material.kind == MATERIAL_GLASS && event.transmitted;
+        direct = direct && material.kind == MATERIAL_GLASS && event.transmitted;
         weight *= event.weight;
         if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {
             ended = true;

@@ -11,9 +11,9 @@ import package::shared::bvh::{leave_surface, offset_from_surface, triangle_norma
 import package::shared::material::{materials, scatter, largest, diffuse_share, LOBE_SPECULAR};
 import package::shared::window::{windows, rings};
 import package::shared::counters::{counters, count_finished};
-import package::bsdf::sample::{params, fly, in_period, REPEAT_X, REPEAT_Y};
-import package::bsdf::directions::{sample_cell, cell_of, turned, DIRECTIONS};
-import package::bsdf::chain::{chains, PARALLEL};
+import package::bsdf_generation::sample::{params, fly, in_period, REPEAT_X, REPEAT_Y};
+import package::bsdf_generation::directions::{sample_cell, cell_of, turned, DIRECTIONS};
+import package::bsdf_generation::chain::{chains, PARALLEL};
 
 override INCOMING: bool = false;
 override SPECULAR: bool = true;
@@ -75,7 +75,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     } else {
         weight *= chain.weight / (0.5 * TAU);
     }
-    var straight = true;
+    var direct = true;
     var escaped = false;
     var segment = 0u;
     for (; segment < MOST_SEGMENTS; segment++) {
@@ -97,13 +97,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         if event.lobe != LOBE_SPECULAR || largest(weight) <= 0.0 {
             break;
         }
-        straight = straight && event.transmitted;
+        direct = direct && event.transmitted;
         direction = event.direction;
         position = in_period(leave_surface(hit, select(facing, -facing, event.transmitted)));
     }
     if escaped {
         var found = cell;
-        if !straight {
+        if !direct {
             let local = turned(select(direction, -direction, INCOMING), vec2<f32>(turn.x, -turn.y));
             let within = cell_of(local);
             found = select(side_cells, 0u, (local.z > 0.0) == INCOMING) + within;
