@@ -3,6 +3,7 @@
 use super::*;
 use crate::camera::{Raster, View};
 use crate::glare::{Analyser, PixelGeometry, Settings, TaskArea, Threshold};
+use crate::gpu::mutation;
 use crate::kernels::product::{self, DeviceKernel};
 use crate::progress::Silent;
 use std::sync::Arc;
@@ -519,8 +520,8 @@ fn faults_planted_in_the_shaders_are_found() {
     let wanted = run(&Native, &analyser, &[&v], options, &request);
     let faults = [
         ("glare/compact", "value > threshold", "value >= 0.5 * threshold"),
-        ("glare/compact", "* EACH;", "* (EACH - 1u);"),
-        ("glare/compact", "sums[lane] - own", "sums[lane]"),
+        ("glare/compact", "* PIXELS_EACH;", "* (PIXELS_EACH - 1u);"),
+        ("glare/list", "sums[lane] - own", "sums[lane]"),
         ("glare/compact", "step *= 2u", "step *= 4u"),
         ("glare/compact", "params.first_hour + hour", "params.first_hour"),
         ("glare/add", "+= bitcast", "= bitcast"),
@@ -528,11 +529,7 @@ fn faults_planted_in_the_shaders_are_found() {
     ];
     for (path, from, to) in faults {
         let product = product::OnDevice::with_kernel(&device, DeviceKernel::Tiled).unwrap().tiles_of(1);
-        let faulty = OnDevice::build(&device, product, |at, text| {
-            assert!(at != path || text.contains(from), "{path} no longer contains '{from}'");
-            if at == path { text.replace(from, to) } else { text.to_string() }
-        })
-        .unwrap();
+        let faulty = mutation::with(path, from, to, || OnDevice::with_product(&device, product)).unwrap();
         let mut source = InMemory::new(&v);
         let stack = Stack::new(analyser.clone(), vec![&mut source], options).unwrap();
         let found = year(&ReadyView::new(&faulty, &stack).unwrap(), &request, &Silent);

@@ -1,7 +1,7 @@
 //! Both ways of multiplying against the f64 reference.
 
 use super::*;
-use crate::gpu::Device;
+use crate::gpu::{Device, mutation};
 
 /// A matrix of reproducible values of mixed sign and size.
 fn matrix(rows: usize, cols: usize, components: usize, seed: u32) -> Matrix<f32> {
@@ -87,18 +87,15 @@ fn faults_planted_in_the_shaders_are_found() {
         (DeviceKernel::Tiled, "shared/gemm", "= turned[3];", "= turned[2];"),
         (DeviceKernel::Tiled, "product/pack", "element * params.components + component]", "element * params.components]"),
         (DeviceKernel::Tiled, "product/pack", "element % params.columns", "element % params.rows"),
-        (DeviceKernel::Subgroup, "generated/lanes", "(rows.z, 1u)", "(rows.z, 0u)"),
-        (DeviceKernel::Subgroup, "generated/lanes", "term < params.inner", "term + 8u < params.inner"),
+        (DeviceKernel::Subgroup, "generated", "(rows.z, 1u)", "(rows.z, 0u)"),
+        (DeviceKernel::Subgroup, "generated", "term < params.inner", "term + 8u < params.inner"),
         (DeviceKernel::Subgroup, "product/gemm_subgroup", "+ params.first_column +", "+ 1u +"),
     ];
     for (kernel, path, from, to) in faults {
         if kernel == DeviceKernel::Subgroup && device.subgroup_size().is_none() {
             continue;
         }
-        let multiplier = OnDevice::build(&device, kernel, |at, text| {
-            assert!(at != path || text.contains(from), "{path} no longer contains '{from}'");
-            if at == path { text.replace(from, to) } else { text.to_string() }
-        });
+        let multiplier = mutation::with(path, from, to, || OnDevice::with_kernel(&device, kernel));
         assert!(first_fault(&multiplier.unwrap()).is_some(), "nobody noticed '{to}' in {path}");
     }
 }

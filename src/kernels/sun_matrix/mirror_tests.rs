@@ -11,6 +11,7 @@ use crate::error::Warnings;
 use crate::glare::PixelGeometry;
 use crate::gpu::{Device, mutation};
 use crate::kernels::trace::rooms::{Builder, sensor, window};
+use crate::kernels::trace::smooth_fresnel;
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
 use crate::scene::rad::read_scene;
@@ -53,7 +54,7 @@ fn one_flat_mirror_throws_the_sun_where_geometry_says() {
         let image = DVec3::new(sun.direction.x, sun.direction.y, -sun.direction.z);
         let whole = sun.solid_angle() * image.dot(DVec3::new(0.0, -0.2, -1.0).normalize());
         // Metals of this reflectance follow Radiance's approximation to Fresnel's formula.
-        let fresnel = if smooth { (-5.85 * 0.5f64.sqrt()).exp() - (-5.85f64).exp() } else { 0.0 };
+        let fresnel = if smooth { smooth_fresnel(0.5f64.sqrt()) } else { 0.0 };
         for (c, reflectance) in [0.72, 0.63, 0.54].into_iter().enumerate() {
             let expected = whole * (reflectance + fresnel * (1.0 - reflectance));
             let found = f64::from(m.direct.at(0, 0)[c]);

@@ -4,10 +4,10 @@ use super::geometry::{Openings, ScatteredBy, SunMatrix, SunOptions, compute};
 use super::shade_cells::Cells;
 use super::tests::{blinds, sensors, suns};
 use super::{Sun, reference};
-use crate::gpu::{Device, mutation};
+use crate::gpu::{DEFAULT_MEMORY, Device, mutation};
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::TraceTables;
 use crate::kernels::trace::rooms::{Builder, polygon_irradiance, sensor};
+use crate::kernels::trace::{ROULETTE_WEIGHT, TraceTables};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
 use crate::scene::{MaterialKind, Scene};
@@ -22,8 +22,8 @@ const POINTS: SunOptions = SunOptions {
     scattered_by: ScatteredBy::Points,
     batches: 4,
     seed: 1,
-    roulette_weight: 0.05,
-    memory: 1 << 30,
+    roulette_weight: ROULETTE_WEIGHT,
+    memory: DEFAULT_MEMORY,
 };
 
 fn run(device: &Device, scene: &Scene, openings: Openings<'_>, sensors: &[Sensor], suns: &[Sun], options: &SunOptions) -> SunMatrix {
