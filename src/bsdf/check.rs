@@ -12,6 +12,7 @@ mod repair;
 
 pub use repair::repair;
 
+use super::evaluate::MOST_SHARE;
 use super::{Block, Blocks, Bsdf, Component, transmission_source};
 use crate::error::Warnings;
 use measures::{
@@ -45,12 +46,12 @@ pub struct Finding {
 
 /// Negative flux of an incident bin that is more than rounding.
 const NEGATIVE_FLUX: f64 = 1e-4;
-/// Transmittance + reflectance of an incident bin above which energy is made up; Radiance warns
-/// at the same value.
-const ENERGY_FAULT: f64 = 1.01;
+/// Transmittance + reflectance of an incident bin above which energy is made up.
+const ENERGY_FAULT: f64 = MOST_SHARE;
 const ENERGY_NOTE: f64 = 1.001;
 /// Hemispherical values of front and back transmission may differ by this much, relatively.
 const HEMISPHERICAL: f64 = 0.03;
+
 /// Examines a BSDF and what was noticed while reading it.
 pub fn check(bsdf: &Bsdf, reading: &Warnings) -> Vec<Finding> {
     let mut doctor = Doctor { findings: Vec::new() };

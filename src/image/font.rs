@@ -6,6 +6,8 @@ use skrifa::outline::{OutlineGlyph, OutlinePen};
 use skrifa::{FontRef, MetadataProvider};
 use std::sync::OnceLock;
 
+/// Size of the text of charts, pixels.
+pub(super) const TEXT_SIZE: f64 = 13.0;
 /// Line pieces that stand for one curve of an outline.
 const CURVE_STEPS: u32 = 6;
 

@@ -176,14 +176,8 @@ fn impossible_values_are_refused_with_line_and_field() {
     }
     let good = epw_line(6, 21, 12, 60, "5.0", "850", "100");
     for (bad, expected) in [
-        (
-            epw_line(6, 21, 12, 60, "5.0", "9999", "100"),
-            "direct normal irradiance: the value is missing (9999)",
-        ),
-        (
-            epw_line(6, 21, 12, 60, "5.0", "850", ""),
-            "diffuse horizontal irradiance: the value is missing (empty)",
-        ),
+        (epw_line(6, 21, 12, 60, "5.0", "9999", "100"), "direct normal irradiance: the value is missing (9999)"),
+        (epw_line(6, 21, 12, 60, "5.0", "850", ""), "diffuse horizontal irradiance: the value is missing (empty)"),
         (epw_line(6, 21, 12, 60, "5.0", "850", "-1"), "diffuse horizontal irradiance: -1 is impossible"),
         (epw_line(6, 21, 12, 60, "500", "850", "1"), "dew point: 500 is impossible"),
         (epw_line(6, 21, 25, 60, "5.0", "850", "1"), "hour: 25 is impossible"),

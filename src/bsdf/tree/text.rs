@@ -4,14 +4,13 @@
 //! dimension i, or a grid of (2^k)^rank numbers, in which the last dimension runs fastest.
 
 use super::{Node, TensorTree};
+use crate::bsdf::numbers::WORD_LIMIT;
 use crate::error::{Error, Result};
 
 /// Deepest nesting read: cells of 1/65536 per side.
 const DEPTH_LIMIT: usize = 16;
 /// Most numbers read: 512 MiB of them, a full rank 4 grid of 2^6 per side eight times over.
 const VALUE_LIMIT: usize = 1 << 27;
-/// Longest run of characters taken for one number.
-const WORD_LIMIT: usize = 64;
 impl TensorTree {
     /// Reads the nested text.
     ///

@@ -1,7 +1,7 @@
 //! Factors of a product on the GPU: cut into parts that it can bind, one plane per component.
 
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Chunk, Device, Kernel, Plan};
+use crate::gpu::{Buffer, Chunk, Device, Kernel, Plan, Shader};
 use std::borrow::Cow;
 
 crate::gpu_struct! {
@@ -26,8 +26,16 @@ crate::gpu_struct! {
 /// kernel, terms to the depth of a tile.
 pub(super) const OUTER_MULTIPLE: usize = 128;
 pub(super) const INNER_MULTIPLE: usize = 8;
-/// Invocations per workgroup of `product/pack`.
-const PACK_WORKGROUP: u64 = 64;
+
+crate::gpu_constants! {
+    const NUMBERS = {
+        /// Invocations per workgroup of `product/pack`.
+        const PACK_WORKGROUP: u32 = 64;
+    }
+}
+
+pub(super) const PACK: Shader = Shader::new("product/pack", &[NUMBERS, &[PackParams::DECLARED]]);
+
 /// A part of a factor on the device: one plane `[term][outer]` per component, padded with zeros.
 pub(super) struct Packed {
     pub chunk: Chunk,
@@ -43,10 +51,9 @@ pub(super) struct Packer {
 }
 
 impl Packer {
-    /// With a kernel of this shader text.
-    pub fn new(device: &Device, text: &str) -> Result<Self> {
-        const PACK: &str = "product/pack";
-        Ok(Self { device: device.clone(), kernel: Kernel::with_generated(device, PACK, &[], &[], &[(PACK, text)])? })
+    /// The packer of a device.
+    pub fn new(device: &Device) -> Result<Self> {
+        Ok(Self { device: device.clone(), kernel: Kernel::new(device, &PACK, &[])? })
     }
 
     /// Cuts a factor into parts that the device can bind, and packs each.
@@ -94,7 +101,7 @@ impl Packer {
         };
         let params = self.device.uniform("pack parameters", &params)?;
         let bindings = self.kernel.bind(&[("params", &params), ("interleaved", &interleaved), ("planes", &packed.planes)])?;
-        let grid = self.device.grid(((rows * columns) as u64).div_ceil(PACK_WORKGROUP))?;
+        let grid = self.device.grid(((rows * columns) as u64).div_ceil(u64::from(PACK_WORKGROUP)))?;
         self.device.dispatch(&self.kernel, &bindings, grid)?;
         Ok(packed)
     }

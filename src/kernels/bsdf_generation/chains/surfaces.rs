@@ -1,13 +1,12 @@
 //! The surfaces on which chains begin.
 
 use crate::kernels::bsdf_generation::Job;
+use crate::kernels::trace::MATERIAL_SURFACE;
 use glam::DVec3;
 
 /// Steps of normals' components, and of depth in the sample, within which sides count as alike.
 const NORMAL_STEPS: f64 = 4.0;
 const LAYERS: f64 = 16.0;
-/// Radiance's kind of material with diffuse lobes, as in `shaders/shared/material.wgsl`.
-pub(in crate::kernels::bsdf_generation) const SURFACE: u32 = 1;
 
 /// A side of a diffuse triangle.
 pub(super) struct Side {
@@ -38,7 +37,7 @@ impl Surfaces {
             let material = &tables.materials[number as usize];
             let largest = |c: [f32; 3]| f64::from(c[0].max(c[1]).max(c[2]));
             let albedo = largest(material.diffuse) + largest(material.diffuse_transmitted);
-            if material.kind != SURFACE || albedo <= 0.0 {
+            if material.kind != MATERIAL_SURFACE || albedo <= 0.0 {
                 continue;
             }
             // Cut into layers, since light fades with depth.
