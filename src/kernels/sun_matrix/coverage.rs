@@ -100,16 +100,17 @@ fn what_few_shared_points_find_is_as_uncertain_as_stated() {
     rare(ScatteredBy::Points);
 }
 
-/// A slit lets the sun onto a strip of a wall that sensors see: a path in some thirty finds it, and often none of a
+/// A slit lets the sun onto a strip of a wall that sensors see: few samples find it, and often none of a
 /// sensor's does. By their spread the light was then stated to be nothing, with an error of 0.
 fn rare(scattered_by: ScatteredBy) {
     let Some(device) = Device::for_tests("errors of rare sunlight") else { return };
-    const HALF: f64 = 0.02;
+    // Of points there are more: a hit or none in either way.
+    let half = if scattered_by == ScatteredBy::Paths { 0.02 } else { 0.006 };
     let mut b = Builder::default();
     let (white, black) = (b.grey(0.8), b.grey(0.0));
     b.quad([[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]], white);
     // Of the sun in the south, 45° high, behind the sensors.
-    for [low, high] in [[-3.0, 1.5 - HALF], [1.5 + HALF, 6.0]] {
+    for [low, high] in [[-3.0, 1.5 - half], [1.5 + half, 6.0]] {
         b.quad([[-5.0, -0.5, low], [5.0, -0.5, low], [5.0, -0.5, high], [-5.0, -0.5, high]], black);
     }
     let sun = Sun::new(DVec3::new(0.0, -1.0, 1.0)).as_point();
@@ -117,7 +118,7 @@ fn rare(scattered_by: ScatteredBy) {
     let mut suns: Vec<Sun> = (0..33).map(|i| Sun::new(DVec3::new(0.05 * f64::from(i) - 0.8, 1.0, 1.0)).as_point()).collect();
     const NUMBER: usize = 5;
     suns[NUMBER] = sun;
-    let strip = [[-1.0, -HALF], [1.0, -HALF], [1.0, HALF], [-1.0, HALF]].map(|[x, z]| DVec3::new(x, 1.0, z));
+    let strip = [[-1.0, -half], [1.0, -half], [1.0, half], [-1.0, half]].map(|[x, z]| DVec3::new(x, 1.0, z));
     let sensors: Vec<_> =
         (0..12).map(|i| sensor([0.1 * f64::from(i) - 0.5, 0.05 * f64::from(i % 4), 0.07 * f64::from(i % 5)], [0.0, 1.0, 0.0])).collect();
     let truth: Vec<f64> = sensors
@@ -147,5 +148,5 @@ fn rare(scattered_by: ScatteredBy) {
     assert!((sum / cases - 1.0).abs() < 4.0 * (squares / cases / f64::from(SEEDS)).sqrt(), "no bias: {}", sum / cases);
     assert_eq!(silent, 0, "an error of 0 beside light that was missed");
     assert!(held > 0.9 && (0.8..2.0).contains(&ratio), "{held} {ratio}");
-    assert!(nothing > 0.02, "{nothing}");
+    assert!(nothing > 0.2, "{nothing}");
 }
