@@ -1,6 +1,9 @@
 // Suns: discs at infinity, and what of their light a surface sends on.
 
-import package::generated::{FAR_AWAY, FRAC_1_PI, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE, Material, PI, SMOOTH_ROUGHNESS2, SunRecord, SunVertex};
+import package::generated::{
+    Material, SunRecord, SunVertex, FAR_AWAY, FRAC_1_PI, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE,
+    PI, SMOOTH_ROUGHNESS2, TAU,
+};
 import package::shared::frame::{tangent_frame};
 import package::shared::bvh::{bvh_triangles, light_passing, traverse, triangle_material, NO_TRIANGLE, ANY, ANY_BUT_CLEAR};
 import package::shared::window::{enters_window};
@@ -16,7 +19,7 @@ fn sun_direction(sun: SunRecord, random: vec2<f32>) -> vec3<f32> {
     }
     let chord = sqrt(random.x) * sun.chord;
     let sine = chord * sqrt(max(1.0 - 0.25 * chord * chord, 0.0));
-    let phi = 6.283185307179586 * random.y;
+    let phi = TAU * random.y;
     let local = vec3<f32>(sine * cos(phi), sine * sin(phi), 1.0 - 0.5 * chord * chord);
     return normalize(tangent_frame(sun.direction) * local);
 }

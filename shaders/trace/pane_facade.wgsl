@@ -1,6 +1,8 @@
 // Radiance of points of the panes towards an eye, per sun.
 
-import package::generated::{FacadePoint, NO_PANE, NO_SCATTERING, Pane, PaneParams, PaneSunRecord, TRANSMISSION_FRONT};
+import package::generated::{
+    FacadePoint, Pane, PaneParams, PaneSunRecord, NO_PANE, NO_SCATTERING, TRANSMISSION_FRONT,
+};
 import package::shared::random::{hash_combine};
 import package::shared::window::{sky_transmittance};
 import package::shared::counters::{count_finished};

@@ -1,6 +1,6 @@
 // What share of light passes between every receiver and the cells of the panes.
 
-import package::generated::{NO_SCATTERING, Pane, PaneCell, PaneParams, Receiver};
+import package::generated::{Pane, PaneCell, PaneParams, Receiver, NO_SCATTERING};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
 

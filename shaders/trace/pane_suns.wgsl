@@ -1,6 +1,8 @@
 // Which cells of the panes every sun reaches, and what it brings there.
 
-import package::generated::{NO_SCATTERING, Pane, PaneCell, PaneEnd, PaneParams, PaneSunRecord, TRANSMISSION_FRONT};
+import package::generated::{
+    Pane, PaneCell, PaneEnd, PaneParams, PaneSunRecord, NO_SCATTERING, TRANSMISSION_FRONT,
+};
 import package::shared::window::{sky_transmittance};
 import package::shared::counters::{count_finished};
 import package::shared::pane::{pane_local, disc_direction, pane_random, off_pane};

@@ -90,7 +90,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Where a path meets a surface that scatters (`shared/receiver.wgsl`).
+    /// Where a path from a receiver meets a surface that scatters sunlight.
     pub(crate) struct SunVertex {
         /// Beside the surface, on the side of arrival.
         position: [f32; 3],
