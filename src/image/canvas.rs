@@ -14,7 +14,7 @@ const SAMPLE_LINES: usize = 8;
 /// An sRGB picture, row 0 on top. Places are measured in pixels from the upper left corner, so that
 /// the centre of the first pixel is at 0.5, 0.5.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Canvas {
+pub(crate) struct Canvas {
     width: usize,
     height: usize,
     pixels: Vec<Color>,
@@ -25,7 +25,7 @@ impl Canvas {
     ///
     /// # Errors
     /// If it has no pixels or too many.
-    pub fn new(width: usize, height: usize) -> Result<Self> {
+    pub(crate) fn new(width: usize, height: usize) -> Result<Self> {
         if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > MAX_PIXELS) {
             return Err(Error::new(format!("cannot draw a picture of {width} × {height} pixels")));
         }
@@ -33,21 +33,23 @@ impl Canvas {
     }
 
     /// Pixels per row.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.width
     }
 
     /// Number of rows.
-    pub fn height(&self) -> usize {
+    pub(crate) fn height(&self) -> usize {
         self.height
     }
 
     /// All pixels, row by row.
+    #[cfg(test)]
     pub fn pixels(&self) -> &[Color] {
         &self.pixels
     }
 
     /// Sets a pixel; places outside are ignored.
+    #[cfg(test)]
     pub fn set(&mut self, x: usize, y: usize, color: Color) {
         if x < self.width && y < self.height {
             self.pixels[y * self.width + x] = color;
@@ -58,6 +60,7 @@ impl Canvas {
     ///
     /// # Panics
     /// Outside the canvas.
+    #[cfg(test)]
     pub fn get(&self, x: usize, y: usize) -> Color {
         assert!(x < self.width && y < self.height, "pixel {x}, {y}");
         self.pixels[y * self.width + x]
@@ -65,7 +68,7 @@ impl Canvas {
 
     /// Fills polygons (even-odd rule). All of one call are laid down together: where edges meet,
     /// no seam shows, which separate calls would leave.
-    pub fn fill<'a>(&mut self, polygons: impl Iterator<Item = (&'a [[f64; 2]], Color)> + Clone) {
+    pub(crate) fn fill<'a>(&mut self, polygons: impl Iterator<Item = (&'a [[f64; 2]], Color)> + Clone) {
         let Some((left, top, right, bottom)) = self.bounds(polygons.clone().flat_map(|(p, _)| p.iter()), 0.0) else { return };
         let width = right - left;
         // Colour × coverage, and coverage.
@@ -116,7 +119,7 @@ impl Canvas {
     }
 
     /// Draws lines with round ends; where they cross, they do not get darker.
-    pub fn stroke<'a>(&mut self, lines: impl Iterator<Item = &'a [[f64; 2]]> + Clone, width: f64, color: Color) {
+    pub(crate) fn stroke<'a>(&mut self, lines: impl Iterator<Item = &'a [[f64; 2]]> + Clone, width: f64, color: Color) {
         let half = width / 2.0;
         let Some((left, top, right, bottom)) = self.bounds(lines.clone().flatten(), half + 1.0) else { return };
         let columns = right - left;
@@ -150,7 +153,7 @@ impl Canvas {
 
     /// Writes a line of text that begins at a place on the base line; `vertical` text runs upwards.
     /// A `halo` is drawn around it for legibility on pictures.
-    pub fn text(&mut self, [x, y]: [f64; 2], text: &str, size: f64, color: Color, vertical: bool, halo: Option<Color>) {
+    pub(crate) fn text(&mut self, [x, y]: [f64; 2], text: &str, size: f64, color: Color, vertical: bool, halo: Option<Color>) {
         let strokes: Vec<Vec<[f64; 2]>> = font::strokes(text, size)
             .into_iter()
             .map(|s| s.into_iter().map(|[dx, dy]| if vertical { [x + dy, y - dx] } else { [x + dx, y + dy] }).collect())
@@ -164,7 +167,7 @@ impl Canvas {
 
     /// Places a picture of `columns` pixels per row into a rectangle, each pixel enlarged or
     /// repeated (never blurred).
-    pub fn image(&mut self, rectangle: [f64; 4], columns: usize, pixels: &[Color]) {
+    pub(crate) fn image(&mut self, rectangle: [f64; 4], columns: usize, pixels: &[Color]) {
         let [x, y, width, height] = rectangle;
         let rows = pixels.len() / columns.max(1);
         if rows == 0 || width <= 0.0 || height <= 0.0 {
@@ -213,7 +216,7 @@ impl Canvas {
     ///
     /// # Errors
     /// If the encoder fails.
-    pub fn png(&self) -> Result<Vec<u8>> {
+    pub(crate) fn png(&self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let failed = |e: png::EncodingError| Error::new(format!("cannot encode PNG: {e}"));
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
@@ -230,7 +233,7 @@ impl Canvas {
     ///
     /// # Errors
     /// Failures of the file system.
-    pub fn write_png(&self, path: &Path) -> Result<()> {
+    pub(crate) fn write_png(&self, path: &Path) -> Result<()> {
         let bytes = self.png()?;
         files::write_atomically(path, |out| out.write_all(&bytes).map_err(|e| Error::io(path, &e)))
     }

@@ -203,7 +203,7 @@ const HEADER_LIMIT: u64 = 16 << 20;
 
 impl Header {
     /// Reads up to and including the empty line; also gives the number of lines read.
-    pub fn read(stream: &mut impl BufRead) -> Result<(Self, usize)> {
+    pub(super) fn read(stream: &mut impl BufRead) -> Result<(Self, usize)> {
         let mut header = Header {
             rows: None,
             cols: None,
@@ -214,7 +214,7 @@ impl Header {
             colour_correction: [1.0; 3],
             kept: Vec::new(),
         };
-        let head = stream.fill_buf().map_err(|e| Error::new(e.to_string()))?;
+        let head = stream.fill_buf().map_err(|e| Error::stream(&e))?;
         if let Some(other) = text::Other::of(head) {
             return Err(other.instead_of("a matrix"));
         }
@@ -228,7 +228,7 @@ impl Header {
         let mut line = Vec::new();
         for number in 1.. {
             line.clear();
-            limited.read_until(b'\n', &mut line).map_err(|e| Error::new(e.to_string()).line(number))?;
+            limited.read_until(b'\n', &mut line).map_err(|e| Error::stream(&e).line(number))?;
             if line.last() != Some(&b'\n') {
                 return Err(not_a_matrix("it ends before the empty line that closes the header", number));
             }
@@ -288,7 +288,7 @@ impl Header {
 
     /// Divides by EXPOSURE and, for colour, COLORCORR, as rmtxop does. (dctimestep leaves factors
     /// within 1 % of 1 alone.)
-    pub fn undo_exposure<T: Scalar>(&self, data: &mut [T]) {
+    pub(super) fn undo_exposure<T: Scalar>(&self, data: &mut [T]) {
         let colour = if self.components == 3 { self.colour_correction } else { [1.0; 3] };
         let factors = colour.map(|c| c * self.exposure);
         if factors != [1.0; 3] {
@@ -351,7 +351,7 @@ impl<T: Scalar> Values<T> {
         let mut held = [0u8; 8];
         let mut holding = 0;
         loop {
-            let chunk = stream.fill_buf().map_err(|e| Error::new(e.to_string()))?;
+            let chunk = stream.fill_buf().map_err(|e| Error::stream(&e))?;
             if chunk.is_empty() {
                 break;
             }
@@ -391,7 +391,7 @@ impl<T: Scalar> Values<T> {
         let mut line = header_lines + 1;
         let mut word: Vec<u8> = Vec::new();
         loop {
-            let chunk = stream.fill_buf().map_err(|e| Error::new(e.to_string()).line(line))?;
+            let chunk = stream.fill_buf().map_err(|e| Error::stream(&e).line(line))?;
             if chunk.is_empty() {
                 break;
             }
@@ -479,7 +479,7 @@ pub fn write_matrix<T: Scalar>(path: Option<&Path>, matrix: &Matrix<T>, format: 
         _ => {
             let mut out = std::io::BufWriter::with_capacity(1 << 20, std::io::stdout().lock());
             write_matrix_to(&mut out, matrix, format, header)
-                .and_then(|()| out.flush().map_err(|e| Error::new(e.to_string())))
+                .and_then(|()| out.flush().map_err(|e| Error::stream(&e)))
                 .map_err(|e| e.file("standard output"))
         }
     }
@@ -531,7 +531,7 @@ pub fn write_matrix_to<T: Scalar>(out: &mut dyn Write, matrix: &Matrix<T>, forma
 /// As [`write_matrix_to`].
 pub fn write_float_header(out: &mut dyn Write, [rows, cols, components]: [usize; 3], header: &[String]) -> Result<()> {
     let text = header_text([rows, cols, components], Format::Float, header)?;
-    out.write_all(text.as_bytes()).map_err(|e| Error::new(e.to_string()))
+    out.write_all(text.as_bytes()).map_err(|e| Error::stream(&e))
 }
 
 fn header_text([rows, cols, components]: [usize; 3], format: Format, lines: &[String]) -> Result<String> {

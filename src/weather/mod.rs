@@ -8,6 +8,7 @@ mod epw;
 mod series;
 mod steps;
 pub mod sun;
+pub mod time;
 mod wea;
 
 pub use steps::{Days, Place, Steps};

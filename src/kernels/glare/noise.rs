@@ -142,7 +142,14 @@ pub(super) struct DiscChange {
 }
 
 impl Slopes {
-    pub fn new(glare: &Glare, illuminance: f64, model: &DgpModel, stack: &Stack<'_>, added: &[AddedLight], found: Found<'_>) -> Self {
+    pub(super) fn new(
+        glare: &Glare,
+        illuminance: f64,
+        model: &DgpModel,
+        stack: &Stack<'_>,
+        added: &[AddedLight],
+        found: Found<'_>,
+    ) -> Self {
         let contrast = |s: &crate::glare::Source| model.contrast_of((s.luminance, s.solid_angle, s.position_index));
         let sum: f64 = glare.sources.iter().map(contrast).sum();
         let [by_illuminance, by_contrast] = model.slopes(illuminance, sum);
@@ -184,7 +191,7 @@ impl Slopes {
     }
 
     /// The variance of DGP in an hour.
-    pub fn variance(&self, stack: &Stack<'_>, light: &Light<'_>, discs: &[DiscChange], is_given: bool, request: &Year<'_>) -> f64 {
+    pub(super) fn variance(&self, stack: &Stack<'_>, light: &Light<'_>, discs: &[DiscChange], is_given: bool, request: &Year<'_>) -> f64 {
         let own = if is_given { 0.0 } else { self.by_illuminance };
         let (batches, noise) = (request.batches, request.noise);
         let Light { hour, coefficients, added } = *light;

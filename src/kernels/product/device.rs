@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 crate::gpu_struct! {
     /// Parameters of `product/pack`.
-    pub struct PackParams {
+    pub(super) struct PackParams {
         /// Rows of the matrix.
         pub rows: u32,
         /// Columns of the matrix.
@@ -26,7 +26,7 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// Parameters of the product kernels; see `shared/gemm.wgsl`. All but the first count quads.
-    pub struct GemmParams {
+    pub(super) struct GemmParams {
         /// Terms of each sum, padded.
         pub inner: u32,
         /// First column of the tile in the right factor.
@@ -156,7 +156,7 @@ impl OnDevice {
                 let lanes = device
                     .subgroup_size()
                     .filter(|lanes| LANES.contains(lanes))
-                    .ok_or_else(|| Error::new(format!("'{}' has no fixed subgroup size among {LANES:?}", device.summary().name)))?;
+                    .ok_or_else(|| Error::device(format!("'{}' has no fixed subgroup size among {LANES:?}", device.summary().name)))?;
                 ("product/gemm_subgroup", Some(lanes::wgsl(lanes)), [lanes::rows(lanes), lanes::columns(lanes)], "subgroup")
             }
         };
@@ -185,7 +185,7 @@ impl OnDevice {
         let binding = self.device.limits().max_storage_buffer_binding_size.min(self.device.limits().max_buffer_size);
         let reserve = bytes * OUTER_MULTIPLE as u64;
         if reserve >= binding {
-            return Err(Error::new(format!("{inner} terms per entry are too many for '{}'", self.device.summary().name)));
+            return Err(Error::device(format!("{inner} terms per entry are too many for '{}'", self.device.summary().name)));
         }
         let plan = Plan::within(binding - reserve, u64::MAX, outer, &[bytes], &[], OUTER_MULTIPLE)?;
         plan.chunks().map(|chunk| self.pack_part(chunk, outer, inner, components, values, left)).collect()
@@ -315,7 +315,7 @@ impl OnDevice {
     fn check_terms(&self, terms: usize) -> Result<()> {
         match self.device.loop_limit()? {
             Some(limit) if terms.next_multiple_of(INNER_MULTIPLE) * 2 > limit as usize => {
-                Err(Error::new(format!("sums of {terms} terms are too long for '{}'", self.device.summary().name))
+                Err(Error::device(format!("sums of {terms} terms are too long for '{}'", self.device.summary().name))
                     .help("use --device native"))
             }
             _ => Ok(()),
