@@ -31,7 +31,7 @@ enum Node {
 }
 
 /// Second word of a packed branch, see [`TensorTree::packed`].
-pub const PACKED_BRANCH: u32 = u32::MAX;
+pub(crate) const PACKED_BRANCH: u32 = u32::MAX;
 
 /// A scattering function in 1/sr on an adaptive grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,7 +95,7 @@ impl TensorTree {
     }
 
     /// The value at a point of the unit cube, `point[..rank]`.
-    pub fn lookup(&self, point: [f64; 4]) -> f64 {
+    pub(crate) fn lookup(&self, point: [f64; 4]) -> f64 {
         self.cell(point).value
     }
 
@@ -136,7 +136,7 @@ impl TensorTree {
 
     /// Calls `f` with every cell that holds this incident position (`point[..rank - 2]`): what
     /// light from there meets, over all outgoing directions.
-    pub fn for_each_outgoing_cell(&self, point: [f64; 4], mut f: impl FnMut(Cell)) {
+    pub(crate) fn for_each_outgoing_cell(&self, point: [f64; 4], mut f: impl FnMut(Cell)) {
         let fixed = self.rank - 2;
         self.visit(self.nodes[0], [0.0; 4], 1.0, &|corner, side| (0..fixed).all(|i| holds(corner[i], side, point[i])), &mut f);
     }
@@ -148,7 +148,7 @@ impl TensorTree {
 
     /// Nodes and values for a device: a node is (first child, [`PACKED_BRANCH`]) or (first value,
     /// log2 of the cells per side of its grid); children and grids are ordered as in the text.
-    pub fn packed(&self) -> (Vec<[u32; 2]>, &[f32]) {
+    pub(crate) fn packed(&self) -> (Vec<[u32; 2]>, &[f32]) {
         let packed = |node: &Node| match *node {
             Node::Branch(first) => [first, PACKED_BRANCH],
             Node::Leaf { log2, first } => [first, u32::from(log2)],
@@ -232,7 +232,7 @@ impl TensorTree {
     ///
     /// # Errors
     /// What `out` returns.
-    pub fn write_text(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+    pub(crate) fn write_text(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         self.write_node(self.nodes[0], 0, out)
     }
 
@@ -357,7 +357,7 @@ impl TensorTree {
     }
 
     /// Calls `f` with every cell.
-    pub fn for_each_cell(&self, mut f: impl FnMut(Cell)) {
+    pub(crate) fn for_each_cell(&self, mut f: impl FnMut(Cell)) {
         self.visit(self.nodes[0], [0.0; 4], 1.0, &|_, _| true, &mut f);
     }
 
@@ -425,13 +425,13 @@ enum State {
 }
 
 impl TreeParser {
-    pub fn new(rank: usize) -> Self {
+    pub(super) fn new(rank: usize) -> Self {
         assert!(rank == 3 || rank == 4);
         let tree = TensorTree { rank, nodes: Vec::new(), values: Vec::new() };
         Self { tree, word: String::new(), branches: Vec::new(), state: State::Start }
     }
 
-    pub fn feed(&mut self, text: &[u8], mut line: usize) -> Result<()> {
+    pub(super) fn feed(&mut self, text: &[u8], mut line: usize) -> Result<()> {
         for &byte in text {
             match byte {
                 b'{' | b'}' => {
@@ -450,7 +450,7 @@ impl TreeParser {
         Ok(())
     }
 
-    pub fn finish(mut self) -> Result<TensorTree> {
+    pub(super) fn finish(mut self) -> Result<TensorTree> {
         self.end_word()?;
         match self.state {
             State::Done => Ok(self.tree),

@@ -195,24 +195,24 @@ fn unit(size: f64) -> f64 {
 }
 
 /// Width of a line of text, in the units of `size`.
-pub fn width(text: &str, size: f64) -> f64 {
+pub(crate) fn width(text: &str, size: f64) -> f64 {
     let units: f64 = text.chars().map(|c| glyphs().get(&c).map_or(4.0, |g| g.width) + SPACING).sum();
     (units - SPACING).max(0.0) * unit(size)
 }
 
 /// Height of capitals, in the units of `size`.
-pub fn cap_height(size: f64) -> f64 {
+pub(crate) fn cap_height(size: f64) -> f64 {
     size * CAP_BY_SIZE
 }
 
 /// Thickness of the strokes, in the units of `size`.
-pub fn stroke_width(size: f64) -> f64 {
+pub(crate) fn stroke_width(size: f64) -> f64 {
     cap_height(size) * WEIGHT
 }
 
 /// Strokes of a line of text that begins at the origin on the base line; x to the right, y
 /// **down**.
-pub fn strokes(text: &str, size: f64) -> Vec<Stroke> {
+pub(crate) fn strokes(text: &str, size: f64) -> Vec<Stroke> {
     let scale = unit(size);
     let mut at = 0.0;
     let mut all = Vec::new();

@@ -15,7 +15,7 @@ const MARGIN: [f64; 2] = [72.0, 52.0];
 
 /// A point with its series.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub(crate) struct Point {
     /// Abscissa and ordinate; both above 0.
     pub at: [f64; 2],
     /// Index of its series.
@@ -28,7 +28,7 @@ pub struct Point {
 
 /// One plot.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
+pub(crate) struct Panel {
     /// Above it.
     pub title: String,
     /// Quantity and unit of the abscissa and the ordinate.
@@ -43,7 +43,7 @@ pub struct Panel {
 
 /// Panels side by side with one legend.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scatter {
+pub(crate) struct Scatter {
     /// Panels from the left.
     pub panels: Vec<Panel>,
     /// Name and colour of each series; points of one that is not line-free are joined.
@@ -95,7 +95,7 @@ impl Scatter {
     ///
     /// # Errors
     /// Without points, or with values that are not above 0.
-    pub fn draw(&self) -> Result<Drawing> {
+    pub(crate) fn draw(&self) -> Result<Drawing> {
         let legend = ClassList { classes: self.series.clone(), title: String::new(), text_size: TEXT };
         let panel_width = MARGIN[0] + AREA[0] + 16.0;
         let legend_left = panel_width * self.panels.len() as f64 + 8.0;

@@ -2,7 +2,7 @@
 //! file, exactly as Radiance's `gendaymtx` makes it.
 
 mod patches;
-pub mod perez;
+pub(crate) mod perez;
 
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};

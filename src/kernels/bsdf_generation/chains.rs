@@ -70,7 +70,7 @@ pub(super) struct Surfaces {
 
 impl Surfaces {
     /// Finds them among the first `count` triangles: the copies that follow belong to neighbours.
-    pub fn of(job: &Job, count: usize) -> Self {
+    pub(super) fn of(job: &Job, count: usize) -> Self {
         let (tables, size) = (&job.tables, job.high - job.low);
         let mut found = Vec::new();
         for (corners, &number) in tables.triangles.iter().zip(&tables.triangle_materials).take(count) {
@@ -106,14 +106,14 @@ impl Surfaces {
     }
 
     /// Whether nothing scatters diffusely.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.sides.is_empty()
     }
 
     /// Distributes the chains so that the entries' variance becomes small: in proportion to strength
     /// times the root mean square of what chains from a group of alike sides add (found by a first
     /// round of chains), half of them by strength alone.
-    pub fn distribute(&mut self, job: &Job, samples: u32, statistics: &mut GenerationStatistics) -> Result<()> {
+    pub(super) fn distribute(&mut self, job: &Job, samples: u32, statistics: &mut GenerationStatistics) -> Result<()> {
         let chains = (samples / 8).clamp(64, 2048);
         let tracer = Tracer::new(job, self, u32::MAX, chains)?;
         let (incident, outgoing) = (2 * job.directions.incident(), 2 * job.directions.outgoing());

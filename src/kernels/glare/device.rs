@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 crate::gpu_struct! {
     /// Parameters of `glare/compact`.
-    pub struct CompactParams {
+    pub(super) struct CompactParams {
         /// Pixels of an hour.
         pub pixels: u32,
         /// Distance between hours.
@@ -23,7 +23,7 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// Parameters of `glare/add`.
-    pub struct AddParams {
+    pub(super) struct AddParams {
         /// Number of additions.
         pub count: u32,
     }

@@ -115,7 +115,7 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    pub fn pixels(&self) -> &[u32] {
+    pub(super) fn pixels(&self) -> &[u32] {
         &self.pixels[..self.used]
     }
 }

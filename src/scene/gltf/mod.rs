@@ -25,9 +25,9 @@
 //! | `"sensors": "workplane"` | `sensors:workplane` | each vertex is a sensor that faces along its normal |
 
 mod buffers;
-pub mod extensions;
+pub(crate) mod extensions;
 mod instances;
-pub mod materials;
+pub(crate) mod materials;
 mod write;
 
 pub use write::write;
@@ -90,7 +90,7 @@ pub struct Contents {
 }
 
 /// Whether a file's name says that it is glTF.
-pub fn is_gltf(file: &Path) -> bool {
+pub(crate) fn is_gltf(file: &Path) -> bool {
     file.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"))
 }
 
@@ -479,7 +479,7 @@ fn vertex_normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
 }
 
 /// Splits `room.gltf#south` into the file and the name of the part that is meant.
-pub fn split_part(path: &Path) -> (PathBuf, Option<String>) {
+pub(crate) fn split_part(path: &Path) -> (PathBuf, Option<String>) {
     let text = path.to_string_lossy();
     match text.rsplit_once('#') {
         Some((file, part)) if is_gltf(Path::new(file)) && !path.exists() => (PathBuf::from(file), Some(part.to_string())),

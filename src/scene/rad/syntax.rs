@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// `modifier type identifier`, then counted string, integer (always none) and real arguments.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Object {
+pub(super) struct Object {
     /// Identifier of the modifier, or `void`.
     pub modifier: String,
     /// Type.
@@ -26,14 +26,14 @@ pub struct Object {
 
 impl Object {
     /// The error with this object's place and name.
-    pub fn at(&self, error: Error, file: &Path) -> Error {
+    pub(super) fn at(&self, error: Error, file: &Path) -> Error {
         error.file(file).line(self.line).field(format!("{} '{}'", self.kind.word(), self.name))
     }
 }
 
 /// One statement.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Statement {
+pub(super) enum Statement {
     /// A surface, material, texture or mixture.
     Object(Object),
     /// `modifier alias name target`.
@@ -65,7 +65,7 @@ pub enum Statement {
 
 /// What the second word of an object says it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ObjectType {
+pub(super) enum ObjectType {
     /// A shape this program cuts into triangles, or a distant source.
     Surface(Surface),
     /// A material this program knows.
@@ -79,7 +79,7 @@ pub enum ObjectType {
 /// Surface types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "named as in the files")]
-pub enum Surface {
+pub(super) enum Surface {
     Polygon,
     Ring,
     Sphere,
@@ -94,7 +94,7 @@ pub enum Surface {
 /// Material types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "named as in the files")]
-pub enum MaterialType {
+pub(super) enum MaterialType {
     Plastic,
     Metal,
     Trans,
@@ -181,7 +181,7 @@ const UNSUPPORTED: [(&str, &str); 28] = [
 
 impl ObjectType {
     /// The type a word names.
-    pub fn from_word(word: &str) -> Option<Self> {
+    pub(super) fn from_word(word: &str) -> Option<Self> {
         let surface = SURFACES.iter().find(|(w, _)| *w == word).map(|&(_, s)| Self::Surface(s));
         let material = || MATERIALS.iter().find(|(w, _)| *w == word).map(|&(_, m)| Self::Material(m));
         let texture = || TEXTURES.iter().find(|w| **w == word).map(|w| Self::Texture(w));
@@ -190,7 +190,7 @@ impl ObjectType {
     }
 
     /// Its word in the files.
-    pub fn word(self) -> &'static str {
+    pub(super) fn word(self) -> &'static str {
         match self {
             Self::Surface(s) => SURFACES.iter().find(|(_, t)| *t == s).map_or("", |(w, _)| w),
             Self::Material(m) => MATERIALS.iter().find(|(_, t)| *t == m).map_or("", |(w, _)| w),
@@ -199,7 +199,7 @@ impl ObjectType {
     }
 
     /// Whether other objects can name it as their modifier.
-    pub fn is_modifier(self) -> bool {
+    pub(super) fn is_modifier(self) -> bool {
         !matches!(self, Self::Surface(_) | Self::Unsupported("instance" | "mesh", _))
     }
 }
@@ -208,7 +208,7 @@ impl ObjectType {
 ///
 /// # Errors
 /// Binary data, unknown object types, wrong or missing counts and arguments, with their line.
-pub fn parse(bytes: &[u8], file: &Path) -> Result<Vec<Statement>> {
+pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Vec<Statement>> {
     let help = "give `.rad` files";
     if bytes.starts_with(b"#?RADIANCE") && text::Other::of(bytes).is_none() {
         return Err(Error::new("this is an octree, a picture or a matrix, not a scene description").file(file).help(help));
@@ -385,7 +385,7 @@ impl Words<'_> {
 }
 
 /// A word fit for a message.
-pub fn shortened(word: &str) -> String {
+pub(crate) fn shortened(word: &str) -> String {
     let mut text: String = word.chars().take(40).map(|c| if c.is_control() { '?' } else { c }).collect();
     if word.chars().nth(40).is_some() {
         text.push('…');

@@ -148,7 +148,7 @@ gpu_struct! {
 }
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
+pub(crate) fn registered() -> Vec<crate::gpu::Registered> {
     use crate::gpu::Registered;
     vec![
         Registered::new("diagnostic/probe_random").with::<RandomProbeParams>(),
