@@ -86,15 +86,32 @@ pub fn has_device(program: &str) -> bool {
     found
 }
 
+fn shared_folder() -> PathBuf {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
+    std::env::var_os("LUCARNE_SHARED").map_or_else(|| PathBuf::from(beside), PathBuf::from)
+}
+
 /// The folder of reference data: `LUCARNE_SHARED`, else `../shared` beside the repository.
 pub fn shared() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
-    let folder = std::env::var_os("LUCARNE_SHARED").map_or_else(|| PathBuf::from(beside), PathBuf::from);
+    let folder = shared_folder();
     if folder.join("data").is_dir() {
         return Some(folder);
     }
     skip(Need::Shared, &format_args!("no reference data at {}", folder.display()));
     None
+}
+
+/// The public tutorial room and Radiance's results for it: the whole of the reference data, else the part in
+/// `tests/data`, where a year is every eleventh hour.
+pub fn tutorial() -> PathBuf {
+    let whole = shared_folder().join("data");
+    let folder = if whole.is_dir() { whole } else { Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data") };
+    folder.canonicalize().unwrap_or(folder)
+}
+
+/// New York's weather, the tutorial's.
+pub fn new_york() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/office/weather/new_york.wea")
 }
 
 /// The folder of the Python package `pyradiance`, with `bin` and `lib`, or a skip.

@@ -316,7 +316,7 @@ fn dgp_of_the_sun_does_not_depend_on_the_size_of_pixels() {
 /// Pictures of the tutorial's room through its real slats, of hours in which its eye sees no sun.
 #[test]
 fn five_phase_pictures_have_radiances_dgp() {
-    let Some(data) = testing::shared().map(|s| s.join("data")) else { return };
+    let data = testing::tutorial();
     if device("five-phase glare of the tutorial's room").is_none() {
         return;
     }
@@ -324,7 +324,7 @@ fn five_phase_pictures_have_radiances_dgp() {
     let hours: Vec<usize> = lines(&reference.join("images/hours.txt")).iter().map(|l| l.parse().unwrap()).collect();
     let folder = tempfile::tempdir().unwrap();
     // Only these hours, each with its neighbours: the sun of an hour is where it is.
-    let weather = lines(&room.join("weather/NYC.wea"));
+    let weather = lines(&testing::new_york());
     let (header, records) = weather.split_at(6);
     let chosen = hours.iter().map(|&h| records[h].clone());
     std::fs::write(folder.path().join("w.wea"), header.iter().cloned().chain(chosen).collect::<Vec<_>>().join("\n") + "\n").unwrap();

@@ -75,7 +75,7 @@ pub(super) fn context<'a>(
     store: &'a Store,
     progress: &'a dyn Progress,
 ) -> Context<'a> {
-    Context { device, project, choice: inputs.choice(project), inputs, store, progress }
+    Context { device, project, choice: inputs.choice(project), inputs, scene: inputs.scene_fingerprint(), store, progress }
 }
 
 /// Measures a stage.

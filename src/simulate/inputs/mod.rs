@@ -23,6 +23,7 @@ use crate::scene::{self, Scene, Window};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::method::{Choice, Glazing};
 use crate::simulate::project::{Project, SensorsSection};
+use crate::simulate::store::fingerprint::Fingerprint;
 use crate::weather::Weather;
 use glam::DVec3;
 use std::path::PathBuf;
@@ -61,6 +62,22 @@ pub struct SensorGroup {
 }
 
 impl Inputs {
+    /// What rays can meet.
+    pub fn scene_fingerprint(&self) -> Fingerprint {
+        let scene = &self.scene;
+        let corners: Vec<DVec3> = scene.triangles.iter().flat_map(|t| t.vertices).collect();
+        let indices: Vec<_> = scene.triangles.iter().map(|t| t.material).collect();
+        let materials: Vec<_> = scene.materials.iter().map(|m| m.kind).collect();
+        // Each of them absorbs the light of all others.
+        let windows: Vec<_> = scene.windows.iter().map(|w| (&w.triangles, w.frame.z)).collect();
+        *Fingerprint::new("scene")
+            .add_values(&corners)
+            .add_values(&indices)
+            .add(&materials)
+            .add(&("windows absorb", windows))
+            .add(&scene.unpruned)
+    }
+
     /// Reads and checks all files of a project.
     ///
     /// # Errors
