@@ -5,15 +5,14 @@
 // rays for all bins together, drawn in proportion to the connections. A bin's share of rays that
 // arrive is its own where it has rays, and that of the whole pixel where it has none.
 
-import package::shared::pixel::{TileParams, BinShare, pixel_cell};
-import package::shared::receiver::{Receiver, VirtualLight};
+import package::generated::{BinShare, FRAC_1_PI, MOST_VISIBILITY_RAYS, Receiver, TileParams, VirtualLight};
+import package::shared::pixel::{pixel_cell};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
 
 // Rays per receiver.
 override RAYS: u32 = 16u;
-const MOST_RAYS: u32 = 64u;
 
 @group(0) @binding(6) var<uniform> params: TileParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
@@ -72,7 +71,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let step = total / f32(RAYS);
     let seed = hash_combine(hash_combine(params.seed, batch + 0x200u), receiver.number);
     var threshold = step * unit_f32(seed);
-    var chosen: array<vec2<u32>, MOST_RAYS>;
+    var chosen: array<vec2<u32>, MOST_VISIBILITY_RAYS>;
     var found = 0u;
     var sum = 0.0;
     for (var bin = 0u; bin < params.bins; bin++) {
@@ -111,7 +110,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         arrived += passed;
     }
     let mean_share = select(vec3<f32>(1.0), arrived / max(traced, 1.0), traced > 0.0);
-    let scale = weight * (0.3183098861837907 / f32(params.paths));
+    let scale = weight * (FRAC_1_PI / f32(params.paths));
     for (var bin = 0u; bin < params.bins; bin++) {
         let cell = pixel_cell(shape, bin, batch, pixel);
         let share = shares[cell];

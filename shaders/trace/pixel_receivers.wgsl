@@ -2,11 +2,10 @@
 // mirrors and through panes) go into their bins at once; for the first `batches` rays of a pixel
 // the first diffuse surface becomes a receiver, whose irradiance the next steps find.
 
-import package::shared::pixel::{TileParams, PixelRay};
-import package::shared::receiver::{Receiver};
+import package::generated::{FAR_AWAY, FRAC_1_PI, MATERIAL_ABSORBER, PixelRay, Receiver, TileParams};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
+import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::window::{windows, window_bin};
 import package::shared::counters::{count_finished};
 
@@ -76,7 +75,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         direction = event.direction;
         if event.lobe == LOBE_DIFFUSE {
             receiver = Receiver(origin, ray.number, side, 0u);
-            receiver_weight = weight * 0.3183098861837907;
+            receiver_weight = weight * FRAC_1_PI;
             ended = true;
         }
     }

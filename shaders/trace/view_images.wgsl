@@ -4,41 +4,12 @@
 // windows are sampled from that image, as `view_direct` does from the sensor, and each ray is followed
 // from the sensor by the mirror to the window, through panes. `view_near` leaves these paths out.
 
+import package::generated::{FAR_AWAY, ImageParams, ImageView, MATERIAL_GLASS};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{materials, smooth_specular, largest, MATERIAL_GLASS};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
+import package::shared::material::{materials, smooth_specular, largest};
 import package::shared::window::{windows, window_triangles, window_bin, sample_windows, straight_transmittance};
 import package::shared::counters::{counters, count_finished};
-
-struct ImageView {
-    // Image of the sensor.
-    eye: vec3<f32>,
-    // Of the sensor: chooses the random numbers.
-    number: u32,
-    // The image's, unit length.
-    normal: vec3<f32>,
-    // Number of the mirror's plane.
-    plane: u32,
-    // Of the sensor itself.
-    position: vec3<f32>,
-    // Distance of the image from the plane.
-    depth: f32,
-    // Unit normal of the plane, towards the sensor.
-    mirror: vec3<f32>,
-    padding: u32,
-}
-
-struct ImageParams {
-    seed: u32,
-    views: u32,
-    samples: u32,
-    bins: u32,
-    window_count: u32,
-    // Fixed-point units per sample and full window.
-    unit: f32,
-    batches: u32,
-    padding: u32,
-}
 
 // Panes on the way to a mirror, at most.
 const MOST_MET: u32 = 32u;

@@ -43,6 +43,7 @@ mod write;
 pub use klems::KlemsMatrix;
 pub use read::{read, read_from};
 pub use transmission::{TransmissionSource, transmission_matrix, transmission_source};
+pub(crate) use tree::PACKED_BRANCH;
 pub use tree::{Cell, TensorTree};
 pub use write::{write, write_to};
 

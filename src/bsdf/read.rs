@@ -82,7 +82,7 @@ pub fn read_from(mut stream: impl Read, warnings: &mut Warnings) -> Result<Bsdf>
 
 fn damaged(error: &quick_xml::Error) -> Error {
     match error {
-        quick_xml::Error::Io(e) => Error::stream(&e),
+        quick_xml::Error::Io(e) => Error::stream(e),
         e => Error::new(format!("damaged XML: {e}")).help("the file is cut off or was changed by hand; get it again from its source"),
     }
 }

@@ -2,11 +2,8 @@
 //! 44(5):271-289) and the distribution of luminance over the sky (Perez et al. 1993, Solar Energy
 //! 50(3):235-245 with its erratum), with the limits that gendaymtx puts on their inputs.
 
+use crate::units::{SOLAR_CONSTANT, SOLAR_CONSTANT_LUX};
 use std::f64::consts::{FRAC_PI_2, TAU};
-
-/// Extraterrestrial normal irradiance, W/m², and illuminance, lx.
-const SOLAR_CONSTANT: f64 = 1367.0;
-const SOLAR_CONSTANT_LUX: f64 = 127_500.0;
 
 /// Lower limits of the eight categories of sky clearness ε (1990, table 1).
 const CLEARNESS_CATEGORIES: [f64; 8] = [1.0, 1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2];
@@ -140,7 +137,7 @@ pub(crate) struct SkyState {
 
 impl Conditions {
     /// The state of a sky with these irradiances, W/m².
-    pub(crate) fn from_irradiance(&self, diffuse: f64, direct: f64) -> SkyState {
+    pub(crate) fn of_irradiance(&self, diffuse: f64, direct: f64) -> SkyState {
         let (clearness, brightness) = self.clearness_and_brightness(diffuse, direct);
         SkyState {
             clearness,
@@ -154,7 +151,7 @@ impl Conditions {
 
     /// The state of a sky with these illuminances, lx. Efficacy depends on irradiance, so it is
     /// found by iteration: until it changes by less than 10 W/m², five times at most.
-    pub(crate) fn from_illuminance(&self, diffuse: f64, direct: f64) -> SkyState {
+    pub(crate) fn of_illuminance(&self, diffuse: f64, direct: f64) -> SkyState {
         let mut irradiance = [diffuse, direct].map(|v| v * SOLAR_CONSTANT / SOLAR_CONSTANT_LUX);
         let (mut clearness, mut brightness) = self.clearness_and_brightness(irradiance[0], irradiance[1]);
         let mut previous = [0.1; 2];
@@ -303,8 +300,8 @@ mod tests {
     fn illuminance_leads_back_to_the_irradiance_it_came_from() {
         for (diffuse, direct, altitude) in [(150.0, 500.0, 36.0), (100.0, 850.0, 49.0), (180.0, 100.0, 26.0), (120.0, 0.0, 27.0)] {
             let conditions = Conditions { zenith_angle: model_zenith_angle(f64::to_radians(altitude)), day_of_year: 80, dew_point: 11.0 };
-            let there = conditions.from_irradiance(diffuse, direct);
-            let back = conditions.from_illuminance(there.diffuse_illuminance, there.direct_illuminance);
+            let there = conditions.of_irradiance(diffuse, direct);
+            let back = conditions.of_illuminance(there.diffuse_illuminance, there.direct_illuminance);
             // The iteration stops within 10 W/m² of itself.
             assert!((back.diffuse_irradiance - diffuse).abs() < 10.0, "{back:?}");
             assert!((back.direct_irradiance - direct).abs() < 10.0, "{back:?}");
@@ -317,7 +314,7 @@ mod tests {
             let conditions = Conditions { zenith_angle: model_zenith_angle(altitude), day_of_year: 366, dew_point: -60.0 };
             for (diffuse, direct) in [(0.0, 1.0), (1500.0, 0.0), (1e-3, 1500.0), (1500.0, 1500.0)] {
                 let lux = 100.0;
-                for state in [conditions.from_irradiance(diffuse, direct), conditions.from_illuminance(diffuse * lux, direct * lux)] {
+                for state in [conditions.of_irradiance(diffuse, direct), conditions.of_illuminance(diffuse * lux, direct * lux)] {
                     let p = Distribution::new(state.clearness, state.brightness, conditions.zenith_angle);
                     let l = p.gradation(0.01) * p.indicatrix(1.0);
                     assert!(l.is_finite() && state.diffuse_illuminance >= 0.0 && state.direct_illuminance >= 0.0, "{state:?} {p:?}");

@@ -49,7 +49,9 @@ fn eight_suns_through_real_slats_are_radiances() {
         }
     }
     println!("{lit} lit pairs of sensor and sun: worst {worst:.1e}; {edges} differ at shadow edges");
-    assert!(lit > 100 && worst < 1e-5 && edges <= 1);
+    const SAME: f64 = 1e-5;
+    assert!(lit > 100 && worst < SAME && edges <= 1);
+    measured("eight-suns", &format!("{lit} lit pairs within {}, {edges} differ at shadow edges", short(worst)), &short(SAME));
 
     // Scattered by the slats, as with -ab 4: sums over 100 sensors for suns that do not come straight.
     // The reference's own noise, unknown, is the larger the weaker the light.
@@ -57,12 +59,18 @@ fn eight_suns_through_real_slats_are_radiances() {
     let windows = lucarne::scene::read_windows(Path::new("objects/GlazingVmtx.rad"), &t.room, &mut Warnings::new()).unwrap();
     let all = compute(&device, &t.scene, Openings::Windows(&windows), &t.sensors, &suns, &options, &Silent).unwrap();
     let wanted4 = read_matrix(&t.reference.join("CdsSelV_geo4.mtx")).unwrap().matrix;
+    // Bounds for the three brightest and the two weakest.
+    const SCATTERED: [f64; 2] = [0.01, 0.06];
+    let mut off = [0.0; 5];
     for sun in 0..5 {
         let sum = |m: &Matrix<f32>| (0..100).map(|row| at(m, row, sun)).sum::<f64>();
         let ratio = sum(&all.total) / sum(&wanted4);
         println!("sun {sun}: scattered light {ratio:.4} of Radiance's");
-        assert!((ratio - 1.0).abs() < if sun < 3 { 0.01 } else { 0.06 }, "sun {sun}: {ratio}");
+        off[sun] = (ratio - 1.0).abs();
+        assert!(off[sun] < SCATTERED[usize::from(sun >= 3)], "sun {sun}: {ratio}");
     }
+    let found = format!("{}; {} and {} for the two weakest", percents(&off[..3]), percent(off[3]), percent(off[4]));
+    measured("eight-suns-scattered", &found, &SCATTERED.map(percent).join(", "));
 }
 
 /// Annual sum of illuminance per sensor for the suns of a year, by the reference's photometric weights.
@@ -102,8 +110,13 @@ fn a_year_of_sun_through_real_slats_is_radiances() {
     // 34 of 4530 lit pairs differ: the sun's centre stands exactly at a slat's edge, and rounding decides.
     // The others agree within 6e-7, as Radiance's own run of these suns agrees with the reference.
     let off = found.iter().zip(&wanted).filter(|(f, w)| **w > bright && (*f / *w - 1.0).abs() > 0.02).count();
-    assert!(off <= 25, "{off} sensors");
-    assert!((mean(&found) / mean(&wanted) - 1.0).abs() < 0.01);
+    const OFF: usize = 25;
+    const MEAN: f64 = 0.01;
+    let of_mean = (mean(&found) / mean(&wanted) - 1.0).abs();
+    assert!(off <= OFF, "{off} sensors");
+    assert!(of_mean < MEAN);
+    let text = format!("worst sensor {}, {off} off by more than 2 %, mean within {}", percent(worst(&found, &wanted)), percent(of_mean));
+    measured("point-sun-year", &text, &format!("{OFF} sensors off, mean {}", percent(MEAN)));
 }
 
 /// Eight real discs through the slats against Radiance's own shadow rays. Radiance spreads them over a
@@ -130,6 +143,8 @@ fn discs_through_real_slats_are_radiances() {
     let suns = suns_of(&t.reference.join("suns_sel.rad"));
     let options = SunOptions { disc_samples: 128, ..SunOptions::default() }.direct();
     let ours = compute(&device, &t.scene, Openings::Anywhere, &t.sensors, &suns, &options, &Silent).unwrap();
+    const WITHIN: f64 = 0.02;
+    let (mut off, mut noise) = (Vec::new(), 0.0f64);
     for sun in 5..8 {
         let (mut found, mut expected, mut variance) = (0.0, 0.0, 0.0);
         let most = (0..100).map(|row| theirs[row * 8 + sun]).fold(0.0, f64::max);
@@ -142,9 +157,12 @@ fn discs_through_real_slats_are_radiances() {
         }
         let sigmas = (found - expected).abs() / variance.sqrt();
         println!("sun {sun}: {:.4} of Radiance's ± {:.4}", found / expected, variance.sqrt() / expected);
-        assert!(sigmas < 4.0 || (found / expected - 1.0).abs() < 0.02, "sun {sun}: {found} {expected}");
+        off.push((found / expected - 1.0).abs());
+        noise = noise.max(variance.sqrt() / expected);
+        assert!(sigmas < 4.0 || off[sun - 5] < WITHIN, "sun {sun}: {found} {expected}");
         assert!(variance.sqrt() < 0.01 * expected);
     }
+    measured("eight-discs", &format!("{} ± {}", percents(&off), percent(noise)), &format!("{}, or 4 standard errors", percent(WITHIN)));
 }
 
 /// Radiance's year of real discs at every third sensor.
@@ -211,6 +229,9 @@ fn points(t: &Tutorial, rows: &[usize]) -> String {
     rows.iter().map(|row| line(&t.sensors[*row])).collect()
 }
 
+/// Bound on each sensor's year of sun, and on its five-phase year.
+const YEAR: f64 = 0.02;
+
 /// Distances of a year from the wanted one, relative, sorted; sensors with hardly any light left out.
 fn distances(found: &[f64], wanted: &[f64]) -> Vec<f64> {
     let bright = wanted.iter().sum::<f64>() / wanted.len() as f64 / 100.0;
@@ -234,7 +255,8 @@ fn a_year_of_discs_through_real_slats_is_radiances_at_every_sensor() {
     let off = distances(&found, &year.straight);
     let worst = off[off.len() - 1];
     println!("a year of discs at {} sensors: median {:.2} %, worst {:.2} %", off.len(), 100.0 * off[off.len() / 2], 100.0 * worst);
-    assert!(off.len() > 20 && worst < 0.02, "{worst}");
+    assert!(off.len() > 20 && worst < YEAR, "{worst}");
+    measured("disc-year", &format!("median {}, worst {}", percent(off[off.len() / 2]), percent(worst)), &format!("{} each", percent(YEAR)));
 }
 
 /// Sunlight of the year that slats scatter, by Radiance, W/m² at some of the sensors.
@@ -320,7 +342,26 @@ fn a_five_phase_year_is_radiances_at_every_sensor() {
         100.0 * worst,
         100.0 * error.annual_largest
     );
-    assert!(off.len() >= rows.len() - 1 && worst < 0.02 && mean.abs() < 0.01, "{worst} {mean}");
+    const MEAN: f64 = 0.01;
+    assert!(off.len() >= rows.len() - 1 && worst < YEAR && mean.abs() < MEAN, "{worst} {mean}");
+    let held = format!("{} each, mean {}", percent(YEAR), percent(MEAN));
+    measured("five-phase-year", &of_sensors(&off, mean), &held);
+    // Against the reference as it is: its suns are points, and the slats scatter once.
+    let reference = t.reference.join("annual_5ph_geo0.ill");
+    if !reference.is_file() {
+        testing::skip(testing::Need::Shared, &"no year of points");
+        return;
+    }
+    let reference = read_matrix(&reference).unwrap().matrix;
+    let points: Vec<f64> = rows.iter().map(|row| (0..reference.rows()).map(|hour| at(&reference, hour, *row)).sum()).collect();
+    let mean = found.iter().sum::<f64>() / points.iter().sum::<f64>() - 1.0;
+    measured("five-phase-year-of-points", &of_sensors(&distances(&found, &points), mean), "");
+}
+
+/// Deviations of sensors, sorted, as the document shows them.
+fn of_sensors(off: &[f64], mean: f64) -> String {
+    let (median, worst) = (percent(off[off.len() / 2]), percent(off[off.len() - 1]));
+    format!("{} sensors: mean {}, median {median}, worst {worst}", off.len(), percent(mean))
 }
 
 /// The same blinds as scattering data (a tree of up to 32 cells per side, by genBSDF) in
@@ -351,6 +392,8 @@ fn a_five_phase_year_through_a_tensor_tree_is_near_that_through_its_slats() {
         100.0 * off[off.len() / 2],
         100.0 * worst
     );
-    // All 100 sensors at standard quality: mean 1.5 %, worst 5.6 %.
-    assert!(mean.abs() < 0.03 && worst < 0.08, "{mean} {worst}");
+    const MEAN: f64 = 0.03;
+    const EACH: f64 = 0.08;
+    assert!(mean.abs() < MEAN && worst < EACH, "{mean} {worst}");
+    measured("tree-for-slats", &of_sensors(&off, mean), &format!("mean {}, {} each", percent(MEAN), percent(EACH)));
 }

@@ -33,6 +33,8 @@ fn few() -> GenerationOptions {
 
 #[test]
 fn a_hole_is_the_identity_in_every_basis() {
+    const SAME: f64 = 1e-5;
+    let mut worst = 0.0f64;
     for directions in [Directions::Klems(KlemsBasis::Full), Directions::Klems(KlemsBasis::Half), Directions::Tree4(2)] {
         let hole = sample(Builder::default(), [0.0, 1.0, 0.0, 1.0, -0.1, 0.0], [false, false]);
         let table = run(&hole, directions, &GenerationOptions { samples: 16, batches: 2, ..few() });
@@ -42,16 +44,15 @@ fn a_hole_is_the_identity_in_every_basis() {
                 for o in 0..directions.outgoing() {
                     let expected = if i == o { 1.0 / projected[o] } else { 0.0 };
                     let found = table.mean(component, o, i);
-                    assert!(
-                        (found - expected).abs() < 1e-5 * expected.max(1.0),
-                        "{directions:?} {component:?} {i} {o}: {found} {expected}"
-                    );
+                    worst = worst.max((found - expected).abs() / expected.max(1.0));
+                    assert!(worst < SAME, "{directions:?} {component:?} {i} {o}: {found} {expected}");
                 }
             }
-            assert!((table.hemispherical(component) - 1.0).abs() < 1e-5);
+            assert!((table.hemispherical(component) - 1.0).abs() < SAME);
         }
         assert_eq!(table.hemispherical(ReflectionFront) + table.hemispherical(ReflectionBack), 0.0);
     }
+    testing::measured("hole", &format!("the identity to {}", testing::short(worst)), &testing::short(SAME));
 }
 
 #[test]
@@ -61,15 +62,20 @@ fn a_lambertian_plate_reflects_evenly() {
     b.quad([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], grey);
     // Repeating, so that no light passes its edges.
     let plate = sample(b, [0.0, 2.0, 0.0, 1.0, 0.0, 0.0], [true, true]);
+    const SAME: f64 = 1e-3;
+    let mut worst = 0.0f64;
     let bases = [Directions::Klems(KlemsBasis::Full), Directions::Tree4(2), Directions::Tree3(3)];
     for (directions, options) in bases.into_iter().flat_map(|d| both_methods().map(|o| (d, o))) {
         let table = run(&plate, directions, &options);
         for component in [ReflectionFront, ReflectionBack] {
-            assert!((table.hemispherical(component) - 0.9).abs() < 1e-3, "{}", table.hemispherical(component));
+            worst = worst.max((table.hemispherical(component) - 0.9).abs());
+            assert!(worst < SAME, "{}", table.hemispherical(component));
             check(&table, component, |_, _| 0.9 / PI);
         }
         assert_eq!(table.hemispherical(TransmissionFront) + table.hemispherical(TransmissionBack), 0.0);
     }
+    // With a fault planted this is not reached.
+    testing::measured("lambertian-plate", &format!("within {}", testing::short(worst)), &testing::short(SAME));
 }
 
 /// All entries against their expectation: the mean square of deviations over standard errors is

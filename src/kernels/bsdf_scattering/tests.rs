@@ -22,7 +22,7 @@ fn single(direction: DVec3) -> [f32; 3] {
 }
 
 pub(super) fn ask(device: &Device, words: &PackedBsdfs, probes: &[BsdfProbe]) -> Vec<BsdfAnswer> {
-    let kernel = Kernel::new(device, "diagnostic/probe_bsdf", &[], &[]).unwrap();
+    let kernel = Kernel::new(device, &PROBE, &[]).unwrap();
     let words = device.upload("BSDF", words.words()).unwrap();
     let questions = device.upload("probes", probes).unwrap();
     let answers = device.zeros::<BsdfAnswer>("answers", probes.len()).unwrap();

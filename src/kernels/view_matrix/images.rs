@@ -1,12 +1,13 @@
 //! Images of the windows in plane smooth surfaces: which sensors may see which, and what arrives of them
 //! (`trace/view_images`).
 
-use super::{DIRECT_CAPACITY, ViewTracer, beside_surface};
+use super::{ViewTracer, beside_surface};
 use crate::error::Result;
+use crate::gpu::Shader;
 use crate::gpu_struct;
 use crate::kernels::light_paths::finish_dispatch;
 use crate::kernels::trace::planes::SmoothPlane;
-use crate::kernels::trace::{Counters, TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, CELL_CAPACITY, Counters, TraceStatistics, stream_seed};
 use crate::scene::Window;
 use crate::scene::points::Sensor;
 use glam::{DVec2, DVec3};
@@ -15,12 +16,19 @@ use rayon::prelude::*;
 gpu_struct! {
     /// A sensor's image in a mirror (`trace/view_images.wgsl`).
     pub(crate) struct ImageView {
+        /// Image of the sensor.
         eye: [f32; 3],
+        /// Of the sensor: chooses the random numbers.
         number: u32,
+        /// The image's, unit length.
         normal: [f32; 3],
+        /// Number of the mirror's plane.
         plane: u32,
+        /// Of the sensor itself.
         position: [f32; 3],
+        /// Distance of the image from the plane.
         depth: f32,
+        /// Unit normal of the plane, towards the sensor.
         mirror: [f32; 3],
         padding: u32,
     }
@@ -34,11 +42,14 @@ gpu_struct! {
         samples: u32,
         bins: u32,
         window_count: u32,
+        /// Fixed-point units per sample and full window.
         unit: f32,
         batches: u32,
         padding: u32,
     }
 }
+
+pub(super) const IMAGES: Shader = trace::shader("trace/view_images", &[&[ImageParams::DECLARED, ImageView::DECLARED]]);
 
 /// Rays to an image per ray to the windows themselves: polished surfaces show little of the light.
 const RAYS_PER_DIRECT_RAY: f64 = 0.25;
@@ -122,7 +133,7 @@ impl ViewTracer<'_> {
         let (o, device, bins) = (&self.options, self.device, self.tables.bins());
         let batches = o.batches as usize;
         let samples = ((f64::from(o.direct_samples) * RAYS_PER_DIRECT_RAY) as u32).max(16);
-        let unit = DIRECT_CAPACITY / samples as f32;
+        let unit = CELL_CAPACITY / samples as f32;
         let views = self.image_views(sensors, first);
         let Some(kernel) = &self.images else { return Ok(()) };
         for views in views.chunks((MOST_BYTES / (batches * bins * 12)).max(1)) {

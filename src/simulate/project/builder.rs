@@ -55,25 +55,25 @@ impl ProjectBuilder {
     /// A `[[window]]` with its surface and its BSDF.
     #[must_use]
     pub fn window(self, name: &str, surface: &str, bsdf: &str) -> Self {
-        self.add("window").set("window", "name", name).set("window", "surface", surface).set("window", "bsdf", bsdf)
+        self.begin("window").set("window", "name", name).set("window", "surface", surface).set("window", "bsdf", bsdf)
     }
 
     /// A group of `[[sensors]]`: a file of `x y z dx dy dz` lines.
     #[must_use]
     pub fn sensors(self, name: &str, points: &str) -> Self {
-        self.add("sensors").set("sensors", "name", name).set("sensors", "points", points)
+        self.begin("sensors").set("sensors", "name", name).set("sensors", "points", points)
     }
 
     /// A `[[view]]` of so many pixels, across and down.
     #[must_use]
     pub fn view(self, name: &str, file: &str, resolution: [usize; 2]) -> Self {
-        self.add("view").set("view", "name", name).set("view", "file", file).set("view", "resolution", resolution)
+        self.begin("view").set("view", "name", name).set("view", "file", file).set("view", "resolution", resolution)
     }
 
     /// Begins another section of those that may be several (`window`, `sensors`, `view`, `views`), or a section
     /// all of whose keys have defaults (`glare`).
     #[must_use]
-    pub fn add(mut self, section: &str) -> Self {
+    pub fn begin(mut self, section: &str) -> Self {
         if REPEATED.contains(&section) {
             if let Value::Array(all) = self.sections.entry(section).or_insert_with(|| Value::Array(Vec::new())) {
                 all.push(Value::Table(Table::new()));
@@ -89,7 +89,7 @@ impl ProjectBuilder {
     #[must_use]
     pub fn set(mut self, section: &str, key: &str, value: impl Serialize) -> Self {
         if !self.sections.contains_key(section) {
-            self = self.add(section);
+            self = self.begin(section);
         }
         let table = match self.sections.get_mut(section) {
             Some(Value::Array(all)) => all.last_mut(),
@@ -157,7 +157,7 @@ mod tests {
         assert!(error.contains("there is no file") && error.contains("no/folder"), "{error}");
         let error = room(furnace).set("quality", "seed", u64::MAX).build().unwrap_err().to_string();
         assert!(error.contains("quality.seed"), "{error}");
-        let glare = room(furnace).set("view", "name", "seat").add("glare").to_toml().unwrap();
+        let glare = room(furnace).set("view", "name", "seat").begin("glare").to_toml().unwrap();
         assert!(glare.contains("[[view]]") && glare.contains("[glare]"), "{glare}");
     }
 
