@@ -1,11 +1,11 @@
 //! One module per kernel: host half and f64 reference.
 
 pub mod bsdf_generation;
-pub mod bsdf_scattering;
+pub(crate) mod bsdf_scattering;
 pub mod daylight_matrix;
 pub mod glare;
 pub mod image_matrix;
-pub mod light_paths;
+pub(crate) mod light_paths;
 pub mod product;
 pub mod sun_matrix;
 pub mod trace;

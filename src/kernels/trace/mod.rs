@@ -13,12 +13,12 @@ use glam::{DVec3, Vec3};
 mod cie171;
 #[cfg(test)]
 pub(crate) mod comparison;
-pub mod doubt;
+pub(crate) mod doubt;
 #[cfg(test)]
 mod extremes;
 #[cfg(test)]
 mod mutations;
-pub mod planes;
+pub(crate) mod planes;
 pub(crate) mod probes;
 #[cfg(test)]
 pub(crate) mod reference;
