@@ -18,7 +18,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> Resul
 ///
 /// # Errors
 /// As [`write_atomically`].
-pub fn write_seekable_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+pub(crate) fn write_seekable_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
     let mut file = AtomicFile::create(path, 1 << 20)?;
     write(file.writer())?;
     file.commit()
@@ -59,7 +59,7 @@ impl AtomicFile {
     ///
     /// # Errors
     /// Failures of the file system with the path named; nothing is left behind then.
-    pub fn commit(mut self) -> Result<()> {
+    pub(crate) fn commit(mut self) -> Result<()> {
         let path = self.path.clone();
         let failed = |e: std::io::Error| Error::io(&path, &e);
         self.writer().flush().map_err(failed)?;
