@@ -63,7 +63,7 @@ pub struct SunPicture {
     /// The same discs on pixels.
     pub disc_pixels: SparsePicture,
     /// Standard error of each pixel's luminance, cd/m² per W/m²sr of the disc, from the spread of the
-    /// batches. Every pixel has surface points, points of the disc and paths of its own, so that
+    /// batches and what few hits among them leave open. Every pixel has surface points, points of the disc and paths of its own, so that
     /// these errors are independent.
     pub errors: Vec<f32>,
     /// The same for light that panes scatter onto surfaces, whose errors go together: all pixels see the

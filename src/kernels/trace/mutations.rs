@@ -87,6 +87,7 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("light_paths/compact", "lights[row * params.room + kept]", "lights[row * params.room]"),
     ("shared/connection", "let cos_light = -dot(", "let cos_light = dot("),
     ("shared/connection", "distance2 * max(distance2, near2)", "distance2 * distance2"),
+    ("view_matrix/gather", "passed * light.flux / light.strength", "passed * light.flux"),
     ("view_matrix/gather", "* FRAC_1_PI", "* 0.35"),
     ("view_matrix/gather", "distance * 0.999999", "distance * 1.5"),
     ("view_matrix/direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
