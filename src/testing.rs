@@ -12,6 +12,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// What a test may need that a machine may lack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,8 +88,9 @@ pub fn measured(key: &str, found: &str, held: &str) {
     assert!(!text.contains('|') && text.lines().count() == 2, "{key}: no single cell of a table: {text}");
     assert!(key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-'), "{key}: small letters, digits, dashes");
     let folder = target().join("validation");
-    // Whole or not at all: tests run side by side.
-    let own = folder.join(format!("{key}.{}", std::process::id()));
+    // Whole or not at all: tests run side by side, in several processes and threads.
+    static WRITTEN: AtomicU32 = AtomicU32::new(0);
+    let own = folder.join(format!("{key}.{}-{}", std::process::id(), WRITTEN.fetch_add(1, Ordering::Relaxed)));
     let written =
         std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&own, text)).and_then(|()| std::fs::rename(&own, folder.join(key)));
     written.unwrap_or_else(|e| panic!("{}: {e}: what was measured must be kept", own.display()));

@@ -1,8 +1,8 @@
 // For tests: values and samples of scattering functions.
 
 import package::generated::{BsdfAnswer, BsdfProbe};
-import package::bsdf::scattering::{bsdf_value, bsdf_component, bsdf_lobe};
-import package::bsdf::scattering_sample::{bsdf_sample, bsdf_direct_hemispherical};
+import package::bsdf_scattering::scattering::{bsdf_value, bsdf_component, bsdf_lobe};
+import package::bsdf_scattering::sample::{bsdf_sample, bsdf_direct_hemispherical};
 
 @group(0) @binding(8) var<storage, read> probes: array<BsdfProbe>;
 @group(0) @binding(9) var<storage, read_write> answers: array<BsdfAnswer>;

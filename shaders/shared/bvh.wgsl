@@ -4,7 +4,7 @@
 // A node is five vec4<u32>: (origin xyz, exponents and inner mask), (first child, first triangle,
 // child meta 0-3, 4-7), then per axis the quantised child limits (min 0-3, min 4-7, max 0-3, max 4-7).
 // A triangle is three vec4<f32>: corners, the first with the material index in w, the second with what
-// lets light straight through: 1 for glass, 2 for smooth translucent surfaces, 0 for all others; the
+// lets light through directly: 1 for glass, 2 for smooth translucent surfaces, 0 for all others; the
 // third with the number of its plane if it is a smooth surface, else 0.
 
 import package::generated::{FAR_AWAY, MATERIAL_GLASS};
@@ -16,7 +16,7 @@ const NO_TRIANGLE: u32 = 0xffffffffu;
 const STACK_SIZE: u32 = 24u;
 
 // What a traversal looks for: the nearest triangle, any triangle, any that is no glass, or any that
-// lets no light straight through (glass and smooth translucent surfaces do).
+// lets no light through directly (glass and smooth translucent surfaces do).
 const NEAREST: u32 = 0u;
 const ANY: u32 = 1u;
 const ANY_BUT_GLASS: u32 = 2u;
@@ -215,7 +215,7 @@ fn closest_hit(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> Hit {
     return traverse(origin, direction, farthest, NEAREST);
 }
 
-// What a pane lets straight through.
+// What a pane lets through directly.
 fn pane_transmittance(triangle: u32, slope: f32) -> vec3<f32> {
     let material = materials[triangle_material(triangle)];
     if material.kind == MATERIAL_GLASS {
@@ -224,7 +224,7 @@ fn pane_transmittance(triangle: u32, slope: f32) -> vec3<f32> {
     return material.specular_transmitted * (1.0 - smooth_fresnel(material, slope));
 }
 
-// What part of light arrives that goes straight: 0 where a surface is in the way, otherwise the
+// What part of light arrives directly: 0 where a surface is in the way, otherwise the
 // transmittance of what it passes. `sought` is ANY, or what else than panes ends the ray.
 fn light_passing(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, sought: u32) -> vec3<f32> {
     if traverse(origin, direction, farthest, sought).triangle != NO_TRIANGLE {

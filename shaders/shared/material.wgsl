@@ -73,7 +73,7 @@ fn diffuse_share(material: Material, cosine: f32) -> f32 {
     return 1.0 - smooth_fresnel(material, cosine);
 }
 
-// What a smooth surface lets straight through, and what it reflects as a mirror.
+// What a smooth surface lets through directly, and what it reflects as a mirror.
 fn smooth_specular(material: Material, cosine: f32, front: bool) -> array<vec3<f32>, 2> {
     if material.kind == MATERIAL_GLASS {
         return glass_pane(material.specular, material.roughness, cosine);

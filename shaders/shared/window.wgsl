@@ -4,7 +4,7 @@ import package::generated::{FAR_AWAY, Ring, TAU, Window};
 import package::shared::bins::{azimuth_bin};
 import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 
-// Whether the scene has panes of glass, which let straight connections through.
+// Whether the scene has panes of glass, which let direct connections through.
 override HAS_GLASS: bool = true;
 
 @group(0) @binding(3) var<storage, read> windows: array<Window>;
@@ -181,20 +181,35 @@ fn distance_through(t: u32, z: vec3<f32>, origin: vec3<f32>, direction: vec3<f32
     return select(-1.0, dot(a, z) / dot(direction, z), inside);
 }
 
-// Whether a ray leaves the room through the polygon of one of the first `count` windows.
-fn leaves_through_window(origin: vec3<f32>, direction: vec3<f32>, count: u32) -> bool {
+const NO_WINDOW: u32 = 0xffffffffu;
+
+// A window that a ray leaves through.
+struct Crossing {
+    window: u32,
+    distance: f32,
+}
+
+// The nearest of the first `count` windows that a ray leaves the room through before a distance.
+fn crossed_window(origin: vec3<f32>, direction: vec3<f32>, most: f32, count: u32) -> Crossing {
+    var found = Crossing(NO_WINDOW, most);
     for (var w = 0u; w < count; w++) {
         let window = windows[w];
         if dot(direction, window.z) >= 0.0 {
             continue;
         }
         for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
-            if distance_through(t, window.z, origin, direction) > 0.0 {
-                return true;
+            let distance = distance_through(t, window.z, origin, direction);
+            if distance > 0.0 && distance < found.distance {
+                found = Crossing(w, distance);
             }
         }
     }
-    return false;
+    return found;
+}
+
+// Whether a ray leaves the room through the polygon of one of the first `count` windows.
+fn leaves_through_window(origin: vec3<f32>, direction: vec3<f32>, count: u32) -> bool {
+    return crossed_window(origin, direction, FAR_AWAY, count).window != NO_WINDOW;
 }
 
 // Whether there are suns that could shine into a room's window from outside, seen from another one.
@@ -219,16 +234,8 @@ fn enters_window(origin: vec3<f32>, direction: vec3<f32>) -> bool {
     return false;
 }
 
-// What part of light passes straight from `origin` along `direction` over `distance`: 0 where a
+// What part of light passes directly from `origin` along `direction` over `distance`: 0 where a
 // surface is in the way, otherwise the transmittance of the panes passed.
-fn straight_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {
+fn direct_transmittance(origin: vec3<f32>, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     return light_passing(origin, direction, distance, select(ANY, ANY_BUT_GLASS, HAS_GLASS));
-}
-
-// What part of light comes straight from the sky, along `direction` to `origin` outside.
-fn sky_transmittance(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    if enters_window(origin, direction) {
-        return vec3<f32>(0.0);
-    }
-    return straight_transmittance(origin, direction, FAR_AWAY);
 }

@@ -3,8 +3,7 @@
 use super::progress::Terminal;
 use lucarne::bins::ReinhartSky;
 use lucarne::gpu::Device;
-use lucarne::kernels::sun_matrix::Sun;
-use lucarne::kernels::sun_matrix::geometry::{Openings, SunOptions, compute};
+use lucarne::kernels::sun_matrix::{Openings, Sun, SunOptions, compute};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
 use lucarne::scene::{read_scene, read_sensors, read_windows};
@@ -45,7 +44,7 @@ pub struct SunArgs {
     #[arg(long, value_name = "WINDOW.rad")]
     window: Vec<PathBuf>,
 
-    /// Most diffuse bounces; 0 is straight light only
+    /// Most diffuse bounces; 0 is direct light only
     #[arg(long = "ab", value_name = "N", default_value_t = 0)]
     bounces: u32,
 

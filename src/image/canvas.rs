@@ -1,6 +1,6 @@
 //! A grid of sRGB pixels with soft-edged drawing, written as PNG.
 
-use super::font;
+use super::font::{self, Contour};
 use super::palette::{Color, WHITE};
 use crate::error::{Error, Result};
 use crate::files;
@@ -66,33 +66,38 @@ impl Canvas {
         self.pixels[y * self.width + x]
     }
 
-    /// Fills polygons (even-odd rule). All of one call are laid down together: where edges meet,
-    /// no seam shows, which separate calls would leave.
-    pub(crate) fn fill<'a>(&mut self, polygons: impl Iterator<Item = (&'a [[f64; 2]], Color)> + Clone) {
-        let Some((left, top, right, bottom)) = self.bounds(polygons.clone().flat_map(|(p, _)| p.iter()), 0.0) else { return };
+    /// Fills shapes: what the closed lines of each wind around. All of one call are laid down together: where
+    /// edges meet, no seam shows, which separate calls would leave.
+    pub fn fill(&mut self, shapes: &[(Vec<Contour>, Color)]) {
+        let Some((left, top, right, bottom)) = self.bounds(shapes.iter().flat_map(|(s, _)| s).flatten(), 0.0) else { return };
         let width = right - left;
         // Colour × coverage, and coverage.
         let mut laid = vec![[0f32; 4]; width * (bottom - top)];
-        let mut crossings = Vec::new();
-        for (points, color) in polygons {
-            let Some((_, low, _, high)) = self.bounds(points.iter(), 0.0) else { continue };
+        // Where edges cross a line of samples, and whether downwards.
+        let mut crossings: Vec<(f64, i32)> = Vec::new();
+        for (shape, color) in shapes {
+            let Some((_, low, _, high)) = self.bounds(shape.iter().flatten(), 0.0) else { continue };
             for line in low * SAMPLE_LINES..high * SAMPLE_LINES {
                 let y = (line as f64 + 0.5) / SAMPLE_LINES as f64;
                 crossings.clear();
-                for (i, a) in points.iter().enumerate() {
-                    let b = points[(i + 1) % points.len()];
-                    // From the upper to the lower end, so that a shared edge is cut at the very
-                    // same place from both sides.
-                    let (a, b) = if a[1] <= b[1] { (*a, b) } else { (b, *a) };
-                    if a[1] <= y && y < b[1] {
-                        crossings.push(a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]));
+                for contour in shape {
+                    for (i, &start) in contour.iter().enumerate() {
+                        let end = contour[(i + 1) % contour.len()];
+                        // From the upper to the lower end, so that a shared edge is cut at the very
+                        // same place from both sides.
+                        let (a, b, way) = if start[1] <= end[1] { (start, end, 1) } else { (end, start, -1) };
+                        if a[1] <= y && y < b[1] {
+                            crossings.push((a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]), way));
+                        }
                     }
                 }
-                crossings.sort_by(f64::total_cmp);
+                crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
                 let row = &mut laid[(line / SAMPLE_LINES - top) * width..][..width];
-                for pair in crossings.chunks_exact(2) {
-                    let (from, to) = (pair[0].max(left as f64), pair[1].min(right as f64));
-                    if from >= to {
+                let mut winding = 0;
+                for pair in crossings.windows(2) {
+                    winding += pair[0].1;
+                    let (from, to) = (pair[0].0.max(left as f64), pair[1].0.min(right as f64));
+                    if winding == 0 || from >= to {
                         continue;
                     }
                     for x in from as usize..(to.ceil() as usize).min(right) {
@@ -119,9 +124,9 @@ impl Canvas {
     }
 
     /// Draws lines with round ends; where they cross, they do not get darker.
-    pub(crate) fn stroke<'a>(&mut self, lines: impl Iterator<Item = &'a [[f64; 2]]> + Clone, width: f64, color: Color) {
+    pub fn stroke(&mut self, lines: &[Vec<[f64; 2]>], width: f64, color: Color) {
         let half = width / 2.0;
-        let Some((left, top, right, bottom)) = self.bounds(lines.clone().flatten(), half + 1.0) else { return };
+        let Some((left, top, right, bottom)) = self.bounds(lines.iter().flatten(), half + 1.0) else { return };
         let columns = right - left;
         let mut coverage = vec![0f32; columns * (bottom - top)];
         for line in lines {
@@ -153,16 +158,18 @@ impl Canvas {
 
     /// Writes a line of text that begins at a place on the base line; `vertical` text runs upwards.
     /// A `halo` is drawn around it for legibility on pictures.
-    pub(crate) fn text(&mut self, [x, y]: [f64; 2], text: &str, size: f64, color: Color, vertical: bool, halo: Option<Color>) {
-        let strokes: Vec<Vec<[f64; 2]>> = font::strokes(text, size)
-            .into_iter()
-            .map(|s| s.into_iter().map(|[dx, dy]| if vertical { [x + dy, y - dx] } else { [x + dx, y + dy] }).collect())
-            .collect();
-        let width = font::stroke_width(size);
-        if let Some(halo) = halo {
-            self.stroke(strokes.iter().map(Vec::as_slice), width + (size / 5.0).max(2.0), halo);
+    pub fn text(&mut self, [x, y]: [f64; 2], text: &str, size: f64, color: Color, vertical: bool, halo: Option<Color>) {
+        let mut outlines = font::outlines(text, size);
+        for point in outlines.iter_mut().flatten() {
+            let [dx, dy] = *point;
+            *point = if vertical { [x + dy, y - dx] } else { [x + dx, y + dy] };
         }
-        self.stroke(strokes.iter().map(Vec::as_slice), width, color);
+        outlines.iter_mut().for_each(|contour| contour.extend_from_within(..1));
+        if let Some(halo) = halo {
+            self.stroke(&outlines, (size / 5.0).max(2.0), halo);
+        }
+        self.stroke(&outlines, size * font::RIM, color);
+        self.fill(&[(outlines, color)]);
     }
 
     /// Places a picture of `columns` pixels per row into a rectangle, each pixel enlarged or
@@ -259,17 +266,25 @@ mod tests {
     #[test]
     fn polygons_cover_their_area_and_leave_no_seams() {
         let mut canvas = Canvas::new(20, 20).unwrap();
-        let square: &[[f64; 2]] = &[[2.0, 2.0], [7.5, 2.0], [7.5, 6.25], [2.0, 6.25]];
-        canvas.fill([(square, [0; 3])].into_iter());
+        let square = vec![[2.0, 2.0], [7.5, 2.0], [7.5, 6.25], [2.0, 6.25]];
+        canvas.fill(&[(vec![square.clone()], [0; 3])]);
         let dark: f64 = canvas.pixels().iter().map(|p| 1.0 - f64::from(p[0]) / 255.0).sum();
         assert!((dark - 5.5 * 4.25).abs() < 0.05, "{dark}");
         assert_eq!(canvas.get(3, 3), [0; 3]);
+        // A hole is a line the other way round; the same way round it is none.
+        let hole = vec![[3.0, 3.0], [3.0, 5.0], [5.0, 5.0], [5.0, 3.0]];
+        for (contours, colour) in [(vec![square.clone(), hole.clone()], [255; 3]), (vec![square, hole.into_iter().rev().collect()], [0; 3])]
+        {
+            let mut canvas = Canvas::new(20, 20).unwrap();
+            canvas.fill(&[(contours, [0; 3])]);
+            assert_eq!((canvas.get(4, 4), canvas.get(6, 4)), (colour, [0; 3]));
+        }
         // A fan of triangles over a square: the seams must be as dark as the rest.
         let mut canvas = Canvas::new(20, 20).unwrap();
         let centre = [9.3, 10.1];
         let rim = [[1.0, 1.0], [12.7, 1.0], [19.0, 1.0], [19.0, 19.0], [4.4, 19.0], [1.0, 19.0]];
-        let triangles: Vec<Vec<[f64; 2]>> = (0..6).map(|i| vec![centre, rim[i], rim[(i + 1) % 6]]).collect();
-        canvas.fill(triangles.iter().map(|t| (t.as_slice(), [0; 3])));
+        let triangles: Vec<_> = (0..6).map(|i| (vec![vec![centre, rim[i], rim[(i + 1) % 6]]], [0; 3])).collect();
+        canvas.fill(&triangles);
         for y in 1..19 {
             for x in 1..19 {
                 assert!(canvas.get(x, y)[0] <= 1, "{x} {y}: {:?}", canvas.get(x, y));
@@ -280,13 +295,12 @@ mod tests {
     #[test]
     fn lines_have_their_width_and_nothing_panics_outside() {
         let mut canvas = Canvas::new(40, 20).unwrap();
-        let line: &[[f64; 2]] = &[[-10.0, 10.0], [60.0, 10.0]];
-        canvas.stroke([line].into_iter(), 3.0, [0; 3]);
+        canvas.stroke(&[vec![[-10.0, 10.0], [60.0, 10.0]]], 3.0, [0; 3]);
         let column: f64 = (0..20).map(|y| 1.0 - f64::from(canvas.get(20, y)[0]) / 255.0).sum();
         assert!((column - 3.0).abs() < 0.05, "{column}");
-        let odd: &[[f64; 2]] = &[[f64::NAN, 1.0], [1e30, -1e30]];
-        canvas.stroke([odd].into_iter(), 3.0, [0; 3]);
-        canvas.fill([(odd, [0; 3])].into_iter());
+        let odd = vec![[f64::NAN, 1.0], [1e30, -1e30]];
+        canvas.stroke(std::slice::from_ref(&odd), 3.0, [0; 3]);
+        canvas.fill(&[(vec![odd], [0; 3])]);
         canvas.text([-50.0, 500.0], "outside", 12.0, [0; 3], true, Some(WHITE));
         canvas.text([2.0, 8.0], "", 12.0, [0; 3], false, None);
         canvas.image([30.0, 10.0, 90.0, 90.0], 2, &[[9; 3]; 4]);

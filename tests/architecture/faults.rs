@@ -1,7 +1,7 @@
 //! Every kernel has faults planted in it, on purpose, that tests must find: at least [`LEAST`] of them.
 //!
 //! Faults are read from the sources: a text that stands exactly once in a shader, in a file of tests that
-//! names this shader and plants faults ([`MARKS`]). What modules that many kernels share lose by a fault
+//! names this shader and plants faults ([`MARK`]). What modules that many kernels share lose by a fault
 //! is no matter of one kernel, so a fault counts for a kernel if it stands in its own file or in a
 //! module that no other kernel imports.
 
@@ -11,27 +11,11 @@ use std::path::Path;
 /// Faults that each kernel needs.
 const LEAST: usize = 2;
 
-/// Calls by which files of tests plant faults.
-const MARKS: &[&str] = &["mutation::with(", "OnDevice::build("];
+/// The call by which files of tests plant faults.
+const MARK: &str = "mutation::with(";
 
 /// Kernels without so many faults, by their path below `shaders/`; the list may only become shorter.
-const WITHOUT_FAULTS: &[&str] = &[
-    "trace/pane_clear",
-    "trace/pane_facade",
-    "trace/pane_gather",
-    "trace/pane_receivers",
-    "trace/pane_suns",
-    "trace/pixel_direct",
-    "trace/pixel_gather",
-    "trace/pixel_receivers",
-    "trace/sun_candidates",
-    "trace/sun_gather",
-    "trace/sun_pixels",
-    "trace/sun_rays",
-    "trace/sun_scattered",
-    "trace/sun_shade_points",
-    "trace/sun_vertices",
-];
+const WITHOUT_FAULTS: &[&str] = &["image_matrix/direct", "image_matrix/gather", "image_matrix/receivers"];
 
 /// Shaders by their path below a folder without `.wgsl`, without comments.
 fn shaders(root: &Path) -> BTreeMap<String, String> {
@@ -127,19 +111,15 @@ fn literals(text: &str) -> Vec<Literal> {
 /// Faults that a source plants, as (shader, text, what it becomes).
 fn planted(source: &str, shaders: &BTreeMap<String, String>) -> BTreeSet<(String, String, String)> {
     let mut found = BTreeSet::new();
-    if !MARKS.iter().any(|mark| source.contains(mark)) {
+    if !source.contains(MARK) {
         return found;
     }
     let literals = literals(source);
     let is_next = |literal: &Literal| literal.between.chars().all(|c| c == ',' || c.is_whitespace());
-    let is_path = |text: &str| shaders.contains_key(text) || text.starts_with("generated/");
+    let is_path = |text: &str| shaders.contains_key(text);
     let is_code = |text: &str| text.len() > 4 && text.contains(|c: char| c.is_ascii_punctuation() && c != '_');
     let named: BTreeSet<&str> = literals.iter().map(|l| l.value.as_str()).filter(|text| is_path(text)).collect();
-    let holds = |path: &str, text: &str| match shaders.get(path) {
-        Some(shader) => is_code(text) && shader.matches(text).count() == 1,
-        // The host writes it.
-        None => true,
-    };
+    let holds = |path: &str, text: &str| is_code(text) && shaders[path].matches(text).count() == 1;
     let mut k = 0;
     while k < literals.len() {
         let from = &literals[k].value;
@@ -147,7 +127,7 @@ fn planted(source: &str, shaders: &BTreeMap<String, String>) -> BTreeSet<(String
         let of: Vec<&str> = match before {
             _ if is_path(from) => Vec::new(),
             Some(path) => vec![path],
-            None => named.iter().copied().filter(|path| shaders.contains_key(*path)).collect(),
+            None => named.iter().copied().collect(),
         };
         let of: Vec<&str> = of.into_iter().filter(|path| holds(path, from)).collect();
         k += 1;

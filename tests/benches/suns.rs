@@ -20,10 +20,9 @@ use lucarne::bins::ReinhartSky;
 use lucarne::bsdf::{self, evaluate::Scattering};
 use lucarne::camera::{Raster, View};
 use lucarne::gpu::Device;
-use lucarne::kernels::sun_matrix::Sun;
-use lucarne::kernels::sun_matrix::geometry::SunOptions;
-use lucarne::kernels::sun_matrix::pane::{self, PaneBsdf, PaneOptions};
+use lucarne::kernels::sun_matrix::pane::PaneBsdf;
 use lucarne::kernels::sun_matrix::pixels::{self, Models, PixelOptions};
+use lucarne::kernels::sun_matrix::{Openings, Sun, SunOptions, compute};
 use lucarne::matrix::file::read_matrix;
 use lucarne::progress::Silent;
 use lucarne::scene::points::read_points;
@@ -229,7 +228,7 @@ fn pictures(room: &Room, device: &Device, job: &Fisheye, record: &mut record::Re
     let surfaces = |v: f64| if v <= 1.05 * white { v } else { 0.0 };
     let own = |seed: u32| {
         let slats = SunOptions { batches: 16, disc_samples: 1, seed, ..SunOptions::default() }.direct();
-        let options = PixelOptions { slats, panes: PaneOptions { batches: slats.batches, ..PaneOptions::default() } };
+        let options = PixelOptions { slats, panes: SunOptions { batches: slats.batches, ..SunOptions::default() } };
         let before = own_seconds();
         let found = pixels::compute(device, &models, &raster, suns, &options, &Silent, &mut Default::default())?;
         let seconds = own_seconds() - before;
@@ -283,7 +282,8 @@ fn panes(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Record
         let panes = [(room.window[0].clone(), PaneBsdf::Bsdf(Scattering::new(&data)?))];
         let own = |seed: u32| {
             let before = own_seconds();
-            let found = pane::compute(device, &scene, &panes, &sensors, suns, &PaneOptions { seed, ..PaneOptions::default() }, &Silent)?;
+            let found =
+                compute(device, &scene, Openings::Panes(&panes), &sensors, suns, &SunOptions { seed, ..SunOptions::default() }, &Silent)?;
             Ok((own_seconds() - before, found.total.data().chunks_exact(3).map(|v| f64::from(v[0])).collect()))
         };
         own(1)?;

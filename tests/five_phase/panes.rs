@@ -75,7 +75,8 @@ fn straight_coefficients(out: &Path, t: &Matrix<f64>) -> [Vec<f64>; 2] {
 /// differently, which V and D average separately.
 #[test]
 fn suns_that_fill_the_skys_patches_cancel_the_direct_part() {
-    use lucarne::kernels::sun_matrix::pane::{PaneBsdf, PaneOptions, compute};
+    use lucarne::kernels::sun_matrix::pane::PaneBsdf;
+    use lucarne::kernels::sun_matrix::{Openings, SunOptions, compute};
     let Some(device) = device("cancellation") else { return };
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
@@ -120,8 +121,8 @@ fn suns_that_fill_the_skys_patches_cancel_the_direct_part() {
                 Sun::new(sky.direction(sunny[n / (SIDE * SIDE)], place(k / SIDE, 0), place(k % SIDE, 1))).as_point()
             })
             .collect();
-        let options = PaneOptions { cells: 64, batches: 2, seed: repeat as u32 + 1, ..PaneOptions::default() };
-        let c = compute(&device, &inputs.scene, &panes, sensors, &suns, &options, &Silent).unwrap().total;
+        let options = SunOptions { cells: 64, batches: 2, seed: repeat as u32 + 1, ..SunOptions::default() };
+        let c = compute(&device, &inputs.scene, Openings::Panes(&panes), sensors, &suns, &options, &Silent).unwrap().total;
         let mut of_patches = vec![0.0; sensors.len() * sky.len()];
         for sensor in 0..sensors.len() {
             for (first, &patch) in (0..suns.len()).step_by(SIDE * SIDE).zip(&sunny) {

@@ -1,7 +1,7 @@
 //! Whole projects of five phases, by the library.
 
 use super::*;
-use lucarne::kernels::sun_matrix::geometry::{Openings, SunOptions, compute};
+use lucarne::kernels::sun_matrix::{Openings, SunOptions, compute};
 
 #[test]
 fn without_sun_five_phases_are_three() {
@@ -82,7 +82,7 @@ fn a_shaded_window_lets_the_direct_sun_in_once() {
     let plain = compute(&device, &scene, Openings::Windows(&windows), sensors, &set.suns, &options, &Silent).unwrap();
     let weight: f64 = lucarne::units::ILLUMINANCE_WEIGHTS.iter().sum();
     let read = |name: &str| read_matrix(&folders[0].path().join(format!("out/matrices/C_room_{name}_standard_error.mtx"))).unwrap().matrix;
-    let errors = [read("direct"), read("scattered"), plain.direct_error, plain.scattered_error];
+    let errors = [read("own"), read("shared"), plain.own_error, plain.shared_error];
     let (mut sums, mut variance) = ([0.0; 2], 0.0);
     for sensor in 0..sensors.len() {
         // Suns share the paths of a sensor, so their errors add up.

@@ -1,7 +1,7 @@
 //! Suns through real slats against Radiance's results.
 
 use super::*;
-use lucarne::kernels::sun_matrix::geometry::{Openings, SunMatrix, SunOptions, compute};
+use lucarne::kernels::sun_matrix::{Openings, SunMatrix, SunOptions, compute};
 use lucarne::scene::rad::read_scene;
 
 /// The black tutorial room with its blinds, its sensors and the folder of references.
@@ -153,7 +153,7 @@ fn discs_through_real_slats_are_radiances() {
             found += at(&ours.total, row, sun);
             expected += value;
             // A ray arrives or not.
-            variance += value * (most - value) / RAYS as f64 + at(&ours.direct_error, row, sun).powi(2);
+            variance += value * (most - value) / RAYS as f64 + at(&ours.own_error, row, sun).powi(2);
         }
         let sigmas = (found - expected).abs() / variance.sqrt();
         println!("sun {sun}: {:.4} of Radiance's ± {:.4}", found / expected, variance.sqrt() / expected);

@@ -1,9 +1,10 @@
 //! Sound files of every kind must pass; each planted fault must be found.
 
 use super::*;
+use crate::bins::{AngleBasis, KlemsBasis};
 use crate::bsdf::isotropic::AngularTable;
 use crate::bsdf::resample::to_tree;
-use crate::bsdf::{interpolate, read, read_from, write_to};
+use crate::bsdf::{KlemsMatrix, interpolate, read, read_from, write_to};
 use crate::testing;
 use std::f64::consts::PI;
 

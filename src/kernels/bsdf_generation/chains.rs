@@ -5,17 +5,20 @@
 //! its points into outgoing cell o, S the area of the surfaces times albedo. So two fans of rays per
 //! chain serve all entries at once, and the sum over chains is a matrix product.
 
+mod surfaces;
+
+pub(super) use surfaces::Surfaces;
+
 use super::{GenerationParams, GenerationStatistics, Job, directions};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Declared, Kernel, Shader};
 use crate::gpu_struct;
-use crate::kernels::trace::{self, Counters, MATERIAL_SURFACE, check_finished, stream_seed};
+use crate::kernels::trace::{self, Counters, check_finished, stream_seed};
 use crate::units::BRIGHTNESS_WEIGHTS;
-use glam::DVec3;
 use rayon::prelude::*;
 
 gpu_struct! {
-    /// A chain of diffuse reflections (`shaders/bsdf/chain.wgsl`).
+    /// A chain of diffuse reflections (`shaders/bsdf_generation/chain.wgsl`).
     pub(crate) struct Chain {
         /// The latest point.
         position: [f32; 3],
@@ -41,9 +44,9 @@ pub(super) fn registered() -> Vec<Shader> {
 }
 
 const STRUCTS: &[Declared] = &[GenerationParams::DECLARED, Chain::DECLARED];
-const START: Shader = trace::shader("bsdf/chain_start", &[directions::NUMBERS, STRUCTS]);
-const FANS: Shader = trace::shader("bsdf/fans", &[directions::NUMBERS, STRUCTS]);
-const WALK: Shader = trace::shader("bsdf/chain_walk", &[directions::NUMBERS, STRUCTS]);
+const START: Shader = trace::shader("bsdf_generation/chain_start", &[directions::NUMBERS, STRUCTS]);
+const FANS: Shader = trace::shader("bsdf_generation/fans", &[directions::NUMBERS, STRUCTS]);
+const WALK: Shader = trace::shader("bsdf_generation/chain_walk", &[directions::NUMBERS, STRUCTS]);
 
 /// Rays of one dispatch: bounds its time.
 const MOST_RAYS: usize = 1 << 20;
@@ -51,73 +54,9 @@ const MOST_RAYS: usize = 1 << 20;
 const MOST_BYTES: usize = 64 << 20;
 /// Fixed-point units of 1: values are of order 1 and their sums stay below 4096.
 const UNIT: f32 = (1u32 << 20) as f32;
-/// Steps of normals' components, and of depth in the sample, within which sides count as alike.
-const NORMAL_STEPS: f64 = 4.0;
-const LAYERS: f64 = 16.0;
 /// A sum from here on may have run over.
 const FULL: u32 = 1 << 31;
-
-/// A side of a diffuse triangle.
-struct Side {
-    corners: [[f32; 4]; 3],
-    /// Area times albedo.
-    strength: f64,
-    /// Sides of one group are alike: as to material, normal and depth in the sample.
-    group: usize,
-}
-
-/// The diffuse surfaces of a job, and how many chains begin on each.
-pub(super) struct Surfaces {
-    sides: Vec<Side>,
-    groups: usize,
-    /// Area of all sides times albedo, over the area of the sample.
-    strength: f64,
-    /// Share of each side in all chains; they sum to 1.
-    shares: Vec<f64>,
-}
-
 impl Surfaces {
-    /// Finds them among the first `count` triangles: the copies that follow belong to neighbours.
-    pub(super) fn of(job: &Job, count: usize) -> Self {
-        let (tables, size) = (&job.tables, job.high - job.low);
-        let mut found = Vec::new();
-        for (corners, &number) in tables.triangles.iter().zip(&tables.triangle_materials).take(count) {
-            let material = &tables.materials[number as usize];
-            let largest = |c: [f32; 3]| f64::from(c[0].max(c[1]).max(c[2]));
-            let albedo = largest(material.diffuse) + largest(material.diffuse_transmitted);
-            if material.kind != MATERIAL_SURFACE || albedo <= 0.0 {
-                continue;
-            }
-            // Cut into layers, since light fades with depth.
-            for (layer, [a, b, c]) in layers(corners.map(|p| p.as_dvec3()), f64::from(job.low.z), f64::from(size.z) / LAYERS) {
-                let area = (b - a).cross(c - a);
-                for (normal, corners) in [(area, [a, b, c]), (-area, [a, c, b])] {
-                    let step = (normal.normalize_or_zero() * NORMAL_STEPS).round().as_ivec3();
-                    let mut corners = corners.map(|p| [p.x as f32, p.y as f32, p.z as f32, 0.0]);
-                    corners[1][3] = f32::from_bits(number);
-                    found.push(((number, step.x, step.y, step.z, layer), area.length() / 2.0 * albedo, corners));
-                }
-            }
-        }
-        // Alike sides side by side, so that evenly spread numbers treat all kinds evenly.
-        found.sort_by_key(|(key, ..)| *key);
-        let mut group = 0;
-        let mut sides: Vec<Side> = Vec::with_capacity(found.len());
-        for k in 0..found.len() {
-            let (key, strength, corners) = found[k];
-            group += usize::from(k > 0 && found[k - 1].0 != key);
-            sides.push(Side { corners, strength, group });
-        }
-        let sum: f64 = sides.iter().map(|s| s.strength).sum();
-        let shares = sides.iter().map(|s| s.strength / sum).collect();
-        Self { sides, groups: group + 1, strength: sum / f64::from(size.x * size.y), shares }
-    }
-
-    /// Whether nothing scatters diffusely.
-    pub(super) fn is_empty(&self) -> bool {
-        self.sides.is_empty()
-    }
-
     /// Distributes the chains so that the entries' variance becomes small: in proportion to strength
     /// times the root mean square of what chains from a group of alike sides add (found by a first
     /// round of chains), half of them by strength alone.
@@ -159,57 +98,6 @@ impl Surfaces {
         }
         Ok(())
     }
-
-    /// The table `diffuse_triangles` of `chain_start.wgsl`.
-    fn table(&self) -> Vec<[f32; 4]> {
-        let mut limit = 0.0;
-        let mut table = Vec::with_capacity(3 * self.sides.len());
-        for (side, share) in self.sides.iter().zip(&self.shares) {
-            limit += share;
-            let mut corners = side.corners;
-            corners[0][3] = limit as f32;
-            table.extend(corners);
-        }
-        table
-    }
-
-    /// Strength of a chain from a side: of all surfaces, over the density of its first point.
-    fn factors(&self) -> Vec<f64> {
-        let sum: f64 = self.sides.iter().map(|s| s.strength).sum();
-        self.sides.iter().zip(&self.shares).map(|(side, share)| self.strength * side.strength / sum / share).collect()
-    }
-}
-
-/// The pieces of a triangle between planes z = `bottom` + k `height`, with the number of their layer.
-fn layers(triangle: [DVec3; 3], bottom: f64, height: f64) -> Vec<(i32, [DVec3; 3])> {
-    let layer = |z: f64| ((z - bottom) / height).floor() as i32;
-    let (low, high) = triangle.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.z), b.max(p.z)));
-    if layer(low) == layer(high) || !(height > 0.0) {
-        return vec![(layer(low), triangle)];
-    }
-    let mut pieces = Vec::new();
-    for k in layer(low)..=layer(high) {
-        let above = clip(&triangle, |p| p.z - (bottom + f64::from(k) * height));
-        let slice = clip(&above, |p| bottom + f64::from(k + 1) * height - p.z);
-        pieces.extend(slice.windows(2).skip(1).map(|w| (k, [slice[0], w[0], w[1]])));
-    }
-    pieces
-}
-
-/// The part of a convex polygon where `inside` is not negative (Sutherland and Hodgman).
-fn clip(polygon: &[DVec3], inside: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (i, &p) in polygon.iter().enumerate() {
-        let q = polygon[(i + 1) % polygon.len()];
-        let (a, b) = (inside(p), inside(q));
-        if a >= 0.0 {
-            kept.push(p);
-        }
-        if (a > 0.0 && b < 0.0) || (a < 0.0 && b > 0.0) {
-            kept.push(p + (q - p) * (a / (a - b)));
-        }
-    }
-    kept
 }
 
 /// Adds the diffuse part of the BSDF by `samples` chains to `batch`.
@@ -388,26 +276,5 @@ impl<'a> Tracer<'a> {
         statistics.paths += started;
         statistics.segments += u64::from(found.segments);
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn layers_keep_area_and_stay_in_their_bounds() {
-        let triangle = [DVec3::new(0.0, 0.0, -0.3), DVec3::new(2.0, 0.1, 0.45), DVec3::new(0.3, 1.0, 0.95)];
-        let area = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]);
-        let pieces = layers(triangle, -0.3, 0.1);
-        assert!(pieces.len() > 12);
-        let sum: DVec3 = pieces.iter().map(|(_, t)| area(t)).sum();
-        assert!((sum - area(&triangle)).length() < 1e-12, "same area, same side");
-        for (k, t) in &pieces {
-            let (low, high) = (-0.3 + 0.1 * f64::from(*k), -0.2 + 0.1 * f64::from(*k));
-            assert!(t.iter().all(|p| p.z > low - 1e-9 && p.z < high + 1e-9));
-        }
-        assert_eq!(layers(triangle, -1.0, 5.0), [(0, triangle)]);
-        assert_eq!(layers(triangle, -1.0, 0.0).len(), 1);
     }
 }

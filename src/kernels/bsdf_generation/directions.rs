@@ -88,7 +88,7 @@ impl Directions {
         }
     }
 
-    /// Code of `shaders/bsdf/directions.wgsl`.
+    /// Code of `shaders/bsdf_generation/directions.wgsl`.
     pub(super) fn code(self) -> u32 {
         match self {
             Directions::Klems(_) => DIRECTIONS_RINGS,

@@ -16,6 +16,8 @@ mod directions;
 pub mod mgf;
 mod output;
 mod paths;
+#[cfg(test)]
+pub(crate) mod reference;
 mod sample;
 mod table;
 #[cfg(test)]

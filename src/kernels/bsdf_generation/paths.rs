@@ -1,11 +1,11 @@
-//! Host half of `shaders/bsdf/paths.wgsl`.
+//! Host half of `shaders/bsdf_generation/paths.wgsl`.
 
 use super::{GenerationParams, GenerationStatistics, Job, directions};
 use crate::error::Result;
 use crate::gpu::{Kernel, Shader};
 use crate::kernels::trace::{self, Counters, check_finished, stream_seed};
 
-pub(super) const PATHS: Shader = trace::shader("bsdf/paths", &[directions::NUMBERS, NUMBERS, &[GenerationParams::DECLARED]]);
+pub(super) const PATHS: Shader = trace::shader("bsdf_generation/paths", &[directions::NUMBERS, NUMBERS, &[GenerationParams::DECLARED]]);
 
 /// Records of one dispatch: bounds its time and memory.
 const MOST_RECORDS: usize = 1 << 19;

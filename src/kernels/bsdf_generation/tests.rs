@@ -4,7 +4,7 @@ use crate::bins::KlemsBasis;
 use crate::bsdf::Component::{self, ReflectionBack, ReflectionFront, TransmissionBack, TransmissionFront};
 use crate::bsdf::blinds::Venetian;
 use crate::gpu::mutation;
-use crate::kernels::trace::reference::bsdf_column;
+use crate::kernels::bsdf_generation::reference::bsdf_column;
 use crate::kernels::trace::rooms::Builder;
 use crate::progress::Silent;
 use crate::scene::{MaterialIndex, MaterialKind, Scene, Triangle};
@@ -144,34 +144,39 @@ fn two_translucent_plates_send_light_to_and_fro() {
 /// File, text, the fault put in its place, and the test that it must make fail.
 const FAULTS: &[(&str, &str, &str, fn())] = &[
     (
-        "bsdf/paths",
+        "bsdf_generation/paths",
         "select(0u, params.out_cells, direction.z > 0.0)",
         "select(params.out_cells, 0u, direction.z > 0.0)",
         a_hole_is_the_identity_in_every_basis,
     ),
-    ("bsdf/paths", "turned(direction, vec2<f32>(turn.x, -turn.y))", "turned(direction, turn)", isotropic_trees_average_over_azimuth),
-    ("bsdf/paths", "direction = cosine_direction(side, slope);", "direction = side;", a_lambertian_plate_reflects_evenly),
-    ("bsdf/directions", "if phi < -quarter {", "if phi < 0.0 {", a_hole_is_the_identity_in_every_basis),
-    ("bsdf/directions", "a = -(phi - 2.0 * quarter)", "a = (phi - 2.0 * quarter)", a_hole_is_the_identity_in_every_basis),
     (
-        "bsdf/chain_start",
+        "bsdf_generation/paths",
+        "turned(direction, vec2<f32>(turn.x, -turn.y))",
+        "turned(direction, turn)",
+        isotropic_trees_average_over_azimuth,
+    ),
+    ("bsdf_generation/paths", "direction = cosine_direction(side, slope);", "direction = side;", a_lambertian_plate_reflects_evenly),
+    ("bsdf_generation/directions", "if phi < -quarter {", "if phi < 0.0 {", a_hole_is_the_identity_in_every_basis),
+    ("bsdf_generation/directions", "a = -(phi - 2.0 * quarter)", "a = (phi - 2.0 * quarter)", a_hole_is_the_identity_in_every_basis),
+    (
+        "bsdf_generation/chain_start",
         "(reflected + transmitted) < reflected",
         "(reflected + transmitted) > reflected",
         a_lambertian_plate_reflects_evenly,
     ),
-    ("bsdf/chain_start", "chain.leaving = -arriving;", "", a_translucent_plate_divides_its_light),
-    ("bsdf/chain_walk", "weight /= survival;", "", two_translucent_plates_send_light_to_and_fro),
+    ("bsdf_generation/chain_start", "chain.leaving = -arriving;", "", a_translucent_plate_divides_its_light),
+    ("bsdf_generation/chain_walk", "weight /= survival;", "", two_translucent_plates_send_light_to_and_fro),
     (
-        "bsdf/chain_walk",
+        "bsdf_generation/chain_walk",
         "let side = select(facing, -facing, event.transmitted);",
         "let side = facing;",
         two_translucent_plates_send_light_to_and_fro,
     ),
-    ("bsdf/fans", "chain.weight / (0.5 * TAU)", "chain.weight / TAU", a_lambertian_plate_reflects_evenly),
-    ("bsdf/fans", "vec3<f32>(cosine * chosen.weight)", "vec3<f32>(cosine)", a_lambertian_plate_reflects_evenly),
-    ("bsdf/sample", "nearest + 1e-5", "nearest - 1e-1", two_translucent_plates_send_light_to_and_fro),
+    ("bsdf_generation/fans", "chain.weight / (0.5 * TAU)", "chain.weight / TAU", a_lambertian_plate_reflects_evenly),
+    ("bsdf_generation/fans", "vec3<f32>(cosine * chosen.weight)", "vec3<f32>(cosine)", a_lambertian_plate_reflects_evenly),
+    ("bsdf_generation/sample", "nearest + 1e-5", "nearest - 1e-1", two_translucent_plates_send_light_to_and_fro),
     (
-        "bsdf/sample",
+        "bsdf_generation/sample",
         "position.x = select(params.high.x, params.low.x, direction.x > 0.0);",
         "position.x = select(params.low.x, params.high.x, direction.x > 0.0);",
         two_translucent_plates_send_light_to_and_fro,

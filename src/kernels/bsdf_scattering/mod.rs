@@ -1,5 +1,5 @@
-//! Scattering functions of panes on the device: `bsdf/scattering` evaluates them,
-//! `bsdf/scattering_sample` draws directions. The f64 reference is [`crate::bsdf::evaluate`] with
+//! Scattering functions of panes on the device: `bsdf_scattering/scattering` evaluates them,
+//! `bsdf_scattering/sample` draws directions. The f64 reference is [`crate::bsdf::evaluate`] with
 //! [`crate::bsdf::sample`].
 //!
 //! All data are words of one buffer, `bsdf_words`. A pane begins with four lobes of 16 words each, in
@@ -120,7 +120,7 @@ pub(crate) struct PackedBsdfs {
 pub(crate) enum Tables {
     /// Only what evaluation needs.
     Evaluate,
-    /// Also what `bsdf/scattering_sample` needs.
+    /// Also what `bsdf_scattering/sample` needs.
     Sample,
 }
 

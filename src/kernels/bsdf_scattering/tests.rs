@@ -262,17 +262,32 @@ fn faults_in_the_shaders_of_scattering_functions_are_found_out() {
     let made_up = &cases()[..3];
     type Comparison = fn(&Device, &[(String, Scattering)]) -> Outcome;
     let faults: [(&str, &str, &str, Comparison); 11] = [
-        ("bsdf/scattering", "select(TRANSMISSION_BACK, REFLECTION_BACK,", "select(REFLECTION_BACK, TRANSMISSION_BACK,", values_agree),
-        ("bsdf/scattering", "outgoing.y * turn.x - outgoing.x * turn.y", "outgoing.y * turn.x + outgoing.x * turn.y", values_agree),
-        ("bsdf/scattering", "isotropic_value(lobe, -incident, -outgoing)", "isotropic_value(lobe, -outgoing, -incident)", values_agree),
-        ("bsdf/scattering", "child |= 1u << i;", "child |= 2u >> i;", values_agree),
-        ("bsdf/square", "if phi < -QUARTER_PI {", "if phi < -2.0 * QUARTER_PI {", values_agree),
-        ("bsdf/square", "vec2<f32>(-(phi - 2.0 * QUARTER_PI)", "vec2<f32>((phi - 2.0 * QUARTER_PI)", values_agree),
-        ("bsdf/square", "(2.0 - p.x / p.y)", "(2.0 + p.x / p.y)", samples_follow),
-        ("bsdf/scattering_sample", "+ random.y - 0.5)", "+ random.y)", samples_follow),
-        ("bsdf/scattering_sample", "low = middle + 1u;", "low = middle + 2u;", samples_follow),
-        ("bsdf/scattering_sample", "p.x * turn.x - p.y * turn.y", "p.x * turn.x + p.y * turn.y", samples_follow),
-        ("bsdf/scattering_sample", "result.weight = lambertian + places.total;", "result.weight = places.total;", samples_follow),
+        (
+            "bsdf_scattering/scattering",
+            "select(TRANSMISSION_BACK, REFLECTION_BACK,",
+            "select(REFLECTION_BACK, TRANSMISSION_BACK,",
+            values_agree,
+        ),
+        (
+            "bsdf_scattering/scattering",
+            "outgoing.y * turn.x - outgoing.x * turn.y",
+            "outgoing.y * turn.x + outgoing.x * turn.y",
+            values_agree,
+        ),
+        (
+            "bsdf_scattering/scattering",
+            "isotropic_value(lobe, -incident, -outgoing)",
+            "isotropic_value(lobe, -outgoing, -incident)",
+            values_agree,
+        ),
+        ("bsdf_scattering/scattering", "child |= 1u << i;", "child |= 2u >> i;", values_agree),
+        ("bsdf_scattering/square", "if phi < -QUARTER_PI {", "if phi < -2.0 * QUARTER_PI {", values_agree),
+        ("bsdf_scattering/square", "vec2<f32>(-(phi - 2.0 * QUARTER_PI)", "vec2<f32>((phi - 2.0 * QUARTER_PI)", values_agree),
+        ("bsdf_scattering/square", "(2.0 - p.x / p.y)", "(2.0 + p.x / p.y)", samples_follow),
+        ("bsdf_scattering/sample", "+ random.y - 0.5)", "+ random.y)", samples_follow),
+        ("bsdf_scattering/sample", "low = middle + 1u;", "low = middle + 2u;", samples_follow),
+        ("bsdf_scattering/sample", "p.x * turn.x - p.y * turn.y", "p.x * turn.x + p.y * turn.y", samples_follow),
+        ("bsdf_scattering/sample", "result.weight = lambertian + places.total;", "result.weight = places.total;", samples_follow),
     ];
     let mut survivors = Vec::new();
     for (path, from, to, compare) in faults {

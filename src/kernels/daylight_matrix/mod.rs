@@ -5,6 +5,8 @@
 //! nothing absorbs. Patch 0 is the ground below the horizon.
 
 #[cfg(test)]
+pub(crate) mod reference;
+#[cfg(test)]
 mod tests;
 pub mod unobstructed;
 
@@ -21,7 +23,7 @@ use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
 
 gpu_struct! {
-    /// Parameters of `trace/daylight_paths`.
+    /// Parameters of `daylight_matrix/paths`.
     pub(crate) struct DaylightParams {
         seed: u32,
         /// First path index of this dispatch and paths per bin in it.
@@ -102,7 +104,7 @@ pub fn registered() -> Vec<Shader> {
     vec![PATHS]
 }
 
-const PATHS: Shader = trace::shader("trace/daylight_paths", &[&[DaylightParams::DECLARED, SkyRow::DECLARED]]);
+const PATHS: Shader = trace::shader("daylight_matrix/paths", &[&[DaylightParams::DECLARED, SkyRow::DECLARED]]);
 
 /// Rows of the sky for the shader: the Reinhart rows, the zenith cap, and a sentinel.
 pub(crate) fn sky_rows(sky: ReinhartSky) -> Vec<SkyRow> {

@@ -1,10 +1,11 @@
+use super::reference::daylight_row;
 use super::*;
 use crate::bins::Frame;
 use crate::bins::KlemsBasis;
 use crate::error::Warnings;
 use crate::gpu::mutation;
 use crate::kernels::trace::comparison::assert_agrees;
-use crate::kernels::trace::reference::{self, Estimate};
+use crate::kernels::trace::reference::Estimate;
 use crate::kernels::trace::rooms::{Builder, street, window};
 use crate::progress::Silent;
 use crate::scene::MaterialKind;
@@ -31,7 +32,7 @@ fn a_street_without_symmetry_agrees_with_the_reference_bin_by_bin() {
         // Bins of every ring, more of those in which light comes from the sky.
         let rows: Vec<_> = [0, 3, 7, 12, 18, 23, 30, 35, 39]
             .into_par_iter()
-            .map(|bin| (bin, reference::daylight_row(&scene, &w, bin, tregenza(), bounces, 100_000, 5 + bin as u64)))
+            .map(|bin| (bin, daylight_row(&scene, &w, bin, tregenza(), bounces, 100_000, 5 + bin as u64)))
             .collect();
         for (bin, row) in rows {
             assert_agrees(&format!("-ab {bounces}, bin {bin}"), &d, bin, &row, 100_000);
@@ -49,7 +50,7 @@ fn finer_skies_of_other_bases_agree_with_the_reference() {
     let d = compute(&device, &scene, &w, sky, &options, &Silent).unwrap();
     assert_eq!((d.total.rows(), d.total.cols()), (41, 578));
     for bin in [3, 20, 37] {
-        let row = reference::daylight_row(&scene, &w, bin, sky, 1, 200_000, 5 + bin as u64);
+        let row = daylight_row(&scene, &w, bin, sky, 1, 200_000, 5 + bin as u64);
         assert_agrees(&format!("MF:2, quarter basis, bin {bin}"), &d, bin, &row, 200_000);
     }
 }
@@ -165,7 +166,7 @@ fn nothing_is_lost_or_gained_where_nothing_absorbs() {
     let kept: Vec<Estimate> = (0..145)
         .into_par_iter()
         .map(|bin| {
-            let row = reference::daylight_row(&b.scene, &w, bin, tregenza(), 1000, samples, 3 + bin as u64);
+            let row = daylight_row(&b.scene, &w, bin, tregenza(), 1000, samples, 3 + bin as u64);
             row.iter().fold(Estimate::default(), |sum, cell| sum.with(&cell[0]))
         })
         .collect();
@@ -268,7 +269,7 @@ fn a_wall_in_the_plane_of_the_window_does_not_stand_before_it() {
             assert!(!warnings.is_empty());
             let d = compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap();
             for bin in [3, 12, 23, 35] {
-                let row = reference::daylight_row(&open, &own, bin, tregenza(), 1, 50_000, 5 + bin as u64);
+                let row = daylight_row(&open, &own, bin, tregenza(), 1, 50_000, 5 + bin as u64);
                 assert_agrees(&format!("{what}, bin {bin}"), &d, bin, &row, 50_000);
             }
         }
@@ -303,7 +304,7 @@ fn other_windows_and_the_own_one_absorb() {
     let rows: Vec<(usize, f64, f64)> = [0, 4, 11, 20, 27, 33, 40]
         .into_par_iter()
         .map(|bin| {
-            let row = reference::daylight_row(&b.scene, &own, bin, tregenza(), 3, samples, 9 + bin as u64);
+            let row = daylight_row(&b.scene, &own, bin, tregenza(), 3, samples, 9 + bin as u64);
             let sum = row.iter().fold(Estimate::default(), |sum, cell| sum.with(&cell[0]));
             (bin, sum.mean(samples), sum.standard_error(samples))
         })
@@ -328,7 +329,7 @@ fn other_windows_and_the_own_one_absorb() {
         ),
     ] {
         let fault =
-            mutation::with("trace/daylight_paths", from, to, || compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap());
+            mutation::with("daylight_matrix/paths", from, to, || compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap());
         assert!(worst(&fault) > 6.0, "{to}: {}", worst(&fault));
     }
     // The same with black plates in place of the windows, the own one a little behind its plane.

@@ -110,7 +110,7 @@ fn arcs(window: &Window, sky: ReinhartSky, cos: f64, bins: usize) -> Vec<(usize,
 mod tests {
     use super::*;
     use crate::bins::KlemsBasis;
-    use crate::kernels::trace::reference;
+    use crate::kernels::daylight_matrix::reference::daylight_row;
     use crate::kernels::trace::rooms::{Builder, window};
 
     fn tilted() -> Window {
@@ -130,7 +130,7 @@ mod tests {
             }
             let n = 200_000;
             for bin in [0, 3, 11, 20, 29, 40] {
-                let row = reference::daylight_row(&Scene::default(), &w, bin, sky, 0, n, 7 + bin as u64);
+                let row = daylight_row(&Scene::default(), &w, bin, sky, 0, n, 7 + bin as u64);
                 for (patch, wanted) in row.iter().enumerate() {
                     let found = f64::from(d.at(bin, patch)[1]);
                     let wanted = wanted[1].mean(n);

@@ -1,6 +1,6 @@
 //! Glare pixels on the GPU: the product stays there, only the pixels above the threshold come back.
 
-use super::stack::SLOTS;
+use super::band::SLOTS;
 use super::{Bands, Detector, GlarePixels, Loaded, Pass};
 use crate::error::Result;
 use crate::gpu::{Device, Kernel, Shader, check_finite};

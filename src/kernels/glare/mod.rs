@@ -16,12 +16,14 @@
 //! Two ways behind one trait, [`Detector`]: [`Native`] and [`OnDevice`]. The same input gives the
 //! same bits for any number of hours in a pass and any memory.
 
+mod band;
 mod blocks;
 mod device;
 mod native;
 mod noise;
 pub mod reference;
 mod shared;
+mod source;
 mod stack;
 mod year;
 
@@ -29,7 +31,8 @@ pub use device::OnDevice;
 pub use native::Native;
 pub use noise::{BatchSums, Batches, HourNoise};
 pub use shared::{PixelWeights, SharedNoise, SharedSums};
-pub use stack::{InMemory, PixelSource, Stack, StackOptions};
+pub use source::{InMemory, PixelSource};
+pub use stack::{Stack, StackOptions};
 pub use year::{HourGlare, ReadyView, Year, year};
 
 use crate::error::Result;
@@ -37,7 +40,7 @@ use crate::glare::Disc;
 use crate::gpu::{Device, DeviceKind, Shader};
 use crate::matrix::Matrix;
 use crate::units::ILLUMINANCE_WEIGHTS;
-use stack::Band;
+use band::Band;
 
 /// Shader variants of this module.
 pub fn registered() -> Vec<Shader> {

@@ -1,6 +1,6 @@
 //! Glare pixels on the processor.
 
-use super::stack::{SLOTS, TILE_HEIGHT};
+use super::band::{SLOTS, TILE_HEIGHT};
 use super::{Band, Bands, Detector, GlarePixels, Loaded, Pass};
 use crate::error::{Error, Result};
 use crate::kernels::product::{Strides, product_on_this_thread};

@@ -5,12 +5,10 @@
 //! over blocks of the view). So everything that is correlated (one noisy entry of D lights Ev and
 //! all sources; the light paths of V are shared by all pixels) stays correlated.
 
-use super::AddedLight;
 use super::blocks::Blocks;
 use super::stack::Stack;
-use super::year::{Light, Year};
+use super::{Added, AddedLight};
 use crate::error::{Error, Result};
-use crate::glare::index::DgpModel;
 use crate::glare::{Glare, GlarePixels as Found};
 use crate::matrix::Matrix;
 use crate::units::ILLUMINANCE_WEIGHTS;
@@ -117,12 +115,40 @@ impl Batches {
                 .collect(),
         })
     }
+    /// Variance of DGP for what it changes per lx at the eye, and per cd/m² of the mean luminance of blocks.
+    fn variance(&self, by_illuminance: f64, by_block: &[(usize, f64)], blocks: &Blocks, coefficients: &[f32]) -> f64 {
+        let count = self.illuminance.len();
+        let terms = self.illuminance[0].len();
+        let times = |row: &[f64]| -> f64 { row.iter().zip(coefficients).map(|(r, &c)| r * f64::from(c)).sum() };
+        let mut squares = 0.0;
+        for (ev, sums) in self.illuminance.iter().zip(&self.blocks) {
+            let mut change = by_illuminance * times(ev);
+            for &(block, weight) in by_block {
+                change += weight / blocks.solid_angle(block) * times(&sums[block * terms..(block + 1) * terms]);
+            }
+            squares += change * change;
+        }
+        squares / (count * (count - 1)) as f64
+    }
+}
+
+/// Where the light of an hour comes from.
+#[derive(Clone, Copy)]
+pub(super) struct Light<'a> {
+    /// Column of the right factors.
+    pub hour: usize,
+    /// `[term]`
+    pub coefficients: &'a [f32],
+    /// What is added.
+    pub added: &'a Added,
 }
 
 /// How DGP depends on the light of an hour.
 pub(super) struct Slopes {
-    /// Change of DGP per lx at the eye.
-    by_illuminance: f64,
+    /// Change of DGP per lx of the picture's own vertical illuminance; 0 where another one is given.
+    by_own_illuminance: f64,
+    /// Change of DGP per lx of the given vertical illuminance; 0 where none is.
+    by_given_illuminance: f64,
     /// Change of DGP per unit of its contrast sum.
     by_contrast: f64,
     /// Block and its part: change of DGP per cd/m² of the block's mean luminance.
@@ -142,14 +168,11 @@ pub(super) struct DiscChange {
 }
 
 impl Slopes {
-    pub(super) fn new(
-        glare: &Glare,
-        illuminance: f64,
-        model: &DgpModel,
-        stack: &Stack<'_>,
-        added: &[AddedLight],
-        found: Found<'_>,
-    ) -> Self {
+    /// Slopes for what was found in an hour with some light; DGP is made from the `given` vertical illuminance
+    /// (lx), or else from the picture's own.
+    pub fn new(glare: &Glare, given: Option<f64>, stack: &Stack<'_>, added: &[AddedLight], found: Found<'_>) -> Self {
+        let model = &stack.analyser().settings().dgp;
+        let illuminance = given.unwrap_or(glare.vertical_illuminance);
         let contrast = |s: &crate::glare::Source| model.contrast_of((s.luminance, s.solid_angle, s.position_index));
         let sum: f64 = glare.sources.iter().map(contrast).sum();
         let [by_illuminance, by_contrast] = model.slopes(illuminance, sum);
@@ -187,13 +210,20 @@ impl Slopes {
                 crossing += 2.0 * below * (1.0 - below) * change * change;
             }
         }
-        Self { by_illuminance, by_contrast, by_block: weights.into_iter().collect(), by_pixel, crossing }
+        let [by_own_illuminance, by_given_illuminance] = if given.is_some() { [0.0, by_illuminance] } else { [by_illuminance, 0.0] };
+        Self { by_own_illuminance, by_given_illuminance, by_contrast, by_block: weights.into_iter().collect(), by_pixel, crossing }
     }
 
-    /// The variance of DGP in an hour.
-    pub(super) fn variance(&self, stack: &Stack<'_>, light: &Light<'_>, discs: &[DiscChange], is_given: bool, request: &Year<'_>) -> f64 {
-        let own = if is_given { 0.0 } else { self.by_illuminance };
-        let (batches, noise) = (request.batches, request.noise);
+    /// The variance of DGP in an hour, by its added light, its discs and the noise of the matrices.
+    pub fn variance(
+        &self,
+        stack: &Stack<'_>,
+        light: &Light<'_>,
+        discs: &[DiscChange],
+        batches: Option<&Batches>,
+        noise: Option<&dyn HourNoise>,
+    ) -> f64 {
+        let own = self.by_own_illuminance;
         let Light { hour, coefficients, added } = *light;
         // A pixel lights the eye and belongs to a source: its two effects go together, pixels do not.
         let cosines = &stack.analyser().geometry().projected_solid_angles;
@@ -206,34 +236,27 @@ impl Slopes {
         // A disc, too, lights the eye and is a source at once.
         variance += discs.iter().map(|d| (own * d.illuminance + self.by_contrast * d.contrast).powi(2)).sum::<f64>();
         if let Some(noise) = noise {
-            let mut gradient: Vec<f64> = stack.rows.illuminance.iter().map(|r| own * r).collect();
-            for &(block, weight) in &self.by_block {
-                let factor = weight / stack.blocks.solid_angle(block);
-                gradient.iter_mut().zip(stack.blocks.of_block(block)).for_each(|(g, s)| *g += factor * s);
-            }
-            let weights = ILLUMINANCE_WEIGHTS;
-            let rgb: Vec<f64> = if stack.is_grey() {
-                gradient.iter().flat_map(|g| weights.map(|w| w * g)).collect()
-            } else {
-                gradient.iter().enumerate().map(|(k, g)| weights[k % 3] * g).collect()
-            };
-            variance += noise.variance(hour, &rgb, if is_given { self.by_illuminance } else { 0.0 });
+            variance += noise.variance(hour, &self.gradient(stack), self.by_given_illuminance);
         }
         if let Some(batches) = batches {
-            let count = batches.illuminance.len();
-            let terms = batches.illuminance[0].len();
-            let times = |row: &[f64]| -> f64 { row.iter().zip(coefficients).map(|(r, &c)| r * f64::from(c)).sum() };
-            let mut squares = 0.0;
-            for (ev, blocks) in batches.illuminance.iter().zip(&batches.blocks) {
-                let mut change = own * times(ev);
-                for &(block, weight) in &self.by_block {
-                    change += weight / stack.blocks.solid_angle(block) * times(&blocks[block * terms..(block + 1) * terms]);
-                }
-                squares += change * change;
-            }
-            variance += squares / (count * (count - 1)) as f64;
+            variance += batches.variance(own, &self.by_block, &stack.blocks, coefficients);
         }
         variance
+    }
+
+    /// Change of DGP by a change of each coefficient, `[bin][rgb]`.
+    fn gradient(&self, stack: &Stack<'_>) -> Vec<f64> {
+        let mut gradient: Vec<f64> = stack.rows.illuminance.iter().map(|r| self.by_own_illuminance * r).collect();
+        for &(block, weight) in &self.by_block {
+            let factor = weight / stack.blocks.solid_angle(block);
+            gradient.iter_mut().zip(stack.blocks.of_block(block)).for_each(|(g, s)| *g += factor * s);
+        }
+        let weights = ILLUMINANCE_WEIGHTS;
+        if stack.is_grey() {
+            gradient.iter().flat_map(|g| weights.map(|w| w * g)).collect()
+        } else {
+            gradient.iter().enumerate().map(|(k, g)| weights[k % 3] * g).collect()
+        }
     }
 }
 

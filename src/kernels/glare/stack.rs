@@ -1,80 +1,16 @@
 //! View matrices of one view made ready for a year of glare: the pixels that can be glare in tiles,
 //! and everything that is linear in the picture as one row per quantity.
 
+use super::band::{Band, TILE_HEIGHT, TILE_WIDTH};
 use super::blocks::{BlockSums, Blocks};
+use super::source::{PixelSource, RGB};
 use crate::error::{Error, Result};
 use crate::glare::Analyser;
-use crate::matrix::Matrix;
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-const RGB: usize = 3;
-/// Pixels of a tile across.
-const TILE_WIDTH: usize = 16;
-/// Rows of pixels in a tile and in a band.
-pub(super) const TILE_HEIGHT: usize = 4;
-/// Places for pixels in a tile.
-pub(super) const SLOTS: usize = TILE_WIDTH * TILE_HEIGHT;
-/// Place without a pixel.
-const NO_PIXEL: u32 = u32::MAX;
 /// Values read from all sources at once.
 const READ_VALUES: usize = 1 << 23;
-
-/// A view matrix that is read from the top: one row per pixel, from the top left, row by row.
-pub trait PixelSource: Send {
-    /// Columns.
-    fn bins(&self) -> usize;
-
-    /// Goes back to the first pixel.
-    ///
-    /// # Errors
-    /// Failures of the file system.
-    fn rewind(&mut self) -> Result<()>;
-
-    /// The next `lines` lines of `width` pixels into `values`, `[pixel][bin][rgb]`; its former
-    /// contents go.
-    ///
-    /// # Errors
-    /// Failures of the file system, faulty files.
-    fn read(&mut self, lines: usize, width: usize, values: &mut Vec<f32>) -> Result<()>;
-}
-
-/// A view matrix in memory, RGB.
-pub struct InMemory<'m> {
-    matrix: &'m Matrix<f32>,
-    next: usize,
-}
-
-impl<'m> InMemory<'m> {
-    /// A source of the rows of `matrix`.
-    ///
-    /// # Panics
-    /// If it has not three components.
-    pub fn new(matrix: &'m Matrix<f32>) -> Self {
-        assert_eq!(matrix.components(), RGB, "a view matrix of pictures is RGB");
-        Self { matrix, next: 0 }
-    }
-}
-
-impl PixelSource for InMemory<'_> {
-    fn bins(&self) -> usize {
-        self.matrix.cols()
-    }
-
-    fn rewind(&mut self) -> Result<()> {
-        self.next = 0;
-        Ok(())
-    }
-
-    fn read(&mut self, lines: usize, width: usize, values: &mut Vec<f32>) -> Result<()> {
-        let row = self.matrix.cols() * RGB;
-        let end = (self.next + lines * width).min(self.matrix.rows());
-        values.clear();
-        values.extend_from_slice(&self.matrix.data()[self.next * row..end * row]);
-        self.next = end;
-        Ok(())
-    }
-}
 
 /// How a [`Stack`] is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,31 +28,6 @@ pub struct StackOptions {
 impl Default for StackOptions {
     fn default() -> Self {
         Self { memory: 1 << 31, dark_pixels: false, veil: None }
-    }
-}
-
-/// Four lines of pixels of a view, in tiles.
-pub(super) struct Band {
-    pub tiles: Vec<Tile>,
-    /// `[tile][term][slot]`
-    pub values: Vec<f32>,
-    /// Greatest value of each tile, `[tile][term]`.
-    pub greatest: Vec<f32>,
-    /// Least value.
-    pub least: Vec<f32>,
-    pub first_line: usize,
-}
-
-/// Up to [`SLOTS`] pixels near one another.
-pub(super) struct Tile {
-    /// Ascending; [`NO_PIXEL`] behind the last.
-    pixels: [u32; SLOTS],
-    pub used: usize,
-}
-
-impl Tile {
-    pub(super) fn pixels(&self) -> &[u32] {
-        &self.pixels[..self.used]
     }
 }
 
@@ -203,11 +114,6 @@ impl<'s> Stack<'s> {
         &self.analyser
     }
 
-    /// Bytes that the candidates occupy.
-    fn band_bytes(&self, band: &Band) -> u64 {
-        (size_of_val(&*band.values) + size_of_val(&*band.greatest) * 2 + size_of_val(&*band.tiles)) as u64
-    }
-
     /// Packs all pixels as the present `grey` says. False if that says grey and a pixel is coloured.
     fn fill(&mut self) -> Result<bool> {
         let terms = self.terms();
@@ -236,7 +142,7 @@ impl<'s> Stack<'s> {
                 self.blocks.add(&one.blocks);
                 self.rows.greatest.iter_mut().zip(&one.greatest).for_each(|(a, &b)| *a = a.max(f64::from(b)));
                 self.candidates += one.band.tiles.iter().map(|t| t.used).sum::<usize>();
-                bytes += self.band_bytes(&one.band);
+                bytes += one.band.bytes();
                 if bytes > self.options.memory {
                     kept = None;
                 }
@@ -306,7 +212,7 @@ impl<'s> Stack<'s> {
         let (width, terms) = (geometry.width, self.terms());
         let lines = parts[0].len() / (self.bins[0] * RGB * width);
         let mut out = Packed {
-            band: Band { tiles: Vec::new(), values: Vec::new(), greatest: Vec::new(), least: Vec::new(), first_line },
+            band: Band::new(first_line),
             illuminance: vec![0.0; terms],
             task: vec![0.0; self.rows.task.len()],
             greatest: vec![0.0; terms],
@@ -318,7 +224,7 @@ impl<'s> Stack<'s> {
         let mut row = vec![0.0f32; terms];
         let mut values: Vec<&[f32]> = Vec::with_capacity(parts.len());
         for left in (0..width).step_by(TILE_WIDTH) {
-            out.band.tiles.push(Tile { pixels: [NO_PIXEL; SLOTS], used: 0 });
+            out.band.begin_tile();
             for place in (0..lines).flat_map(|line| (left..(left + TILE_WIDTH).min(width)).map(move |x| line * width + x)) {
                 let pixel = first_line * width + place;
                 if !geometry.is_inside(pixel) {
@@ -344,30 +250,9 @@ impl<'s> Stack<'s> {
                     out.band.put(pixel, &row);
                 }
             }
-            out.band.tiles.pop_if(|tile| tile.used == 0);
+            out.band.end_tile();
         }
         out
-    }
-}
-
-impl Band {
-    /// Adds a pixel to the last tile.
-    fn put(&mut self, pixel: usize, row: &[f32]) {
-        let terms = row.len();
-        let Some(tile) = self.tiles.last_mut() else { return };
-        if tile.used == 0 {
-            self.values.resize(self.values.len() + terms * SLOTS, 0.0);
-            self.greatest.extend_from_slice(row);
-            self.least.extend_from_slice(row);
-        }
-        let (values, bounds) = (self.values.len() - terms * SLOTS, self.greatest.len() - terms);
-        for (k, &v) in row.iter().enumerate() {
-            self.values[values + k * SLOTS + tile.used] = v;
-            self.greatest[bounds + k] = self.greatest[bounds + k].max(v);
-            self.least[bounds + k] = self.least[bounds + k].min(v);
-        }
-        tile.pixels[tile.used] = pixel as u32;
-        tile.used += 1;
     }
 }
 

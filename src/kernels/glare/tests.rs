@@ -521,7 +521,10 @@ fn faults_planted_in_the_shaders_are_found() {
     let faults = [
         ("glare/compact", "value > threshold", "value >= 0.5 * threshold"),
         ("glare/compact", "* PIXELS_EACH;", "* (PIXELS_EACH - 1u);"),
+        ("glare/count", "lane == COMPACT_WORKGROUP - 1u", "lane == 0u"),
+        ("glare/count", "group.y * params.runs + group.x", "group.x"),
         ("glare/list", "sums[lane] - own", "sums[lane]"),
+        ("glare/list", "place++;", ""),
         ("glare/compact", "step *= 2u", "step *= 4u"),
         ("glare/compact", "params.first_hour + hour", "params.first_hour"),
         ("glare/add", "+= bitcast", "= bitcast"),

@@ -1,6 +1,6 @@
 //! All hours of a view, pass by pass.
 
-use super::noise::{Batches, DiscChange, HourNoise, Slopes};
+use super::noise::{Batches, DiscChange, HourNoise, Light, Slopes};
 use super::stack::Stack;
 use super::{Added, AddedLight, Additions, Detector, GlarePixels, Loaded, Pass, coefficients};
 use crate::error::{Error, Result};
@@ -141,17 +141,6 @@ struct Work<'a, 's> {
     view: &'a ReadyView<'a, 's>,
     stack: &'a Stack<'s>,
     request: &'a Year<'a>,
-}
-
-/// Where the light of an hour comes from.
-#[derive(Clone, Copy)]
-pub(super) struct Light<'a> {
-    /// Column of the right factors.
-    pub hour: usize,
-    /// `[term]`
-    pub coefficients: &'a [f32],
-    /// What is added.
-    pub added: &'a Added,
 }
 
 /// Added light as detectors want it.
@@ -361,9 +350,8 @@ impl Work<'_, '_> {
             || !discs.is_empty()
             || light.added.pixels.iter().any(|a| a.error > 0.0);
         if is_noisy && ev > 0.0 {
-            let model = &self.stack.analyser().settings().dgp;
-            let slopes = Slopes::new(glare, ev, model, self.stack, &light.added.pixels, found);
-            let variance = slopes.variance(self.stack, &light, &discs, given.is_some(), self.request);
+            let slopes = Slopes::new(glare, given, self.stack, &light.added.pixels, found);
+            let variance = slopes.variance(self.stack, &light, &discs, self.request.batches, self.request.noise);
             // Where there is hardly any light the slopes are as good as infinite; DGP spans no more than 1.
             standard_error = if variance <= 1.0 { variance.max(0.0).sqrt() } else { 1.0 };
         }

@@ -8,10 +8,10 @@
 //!
 //! | step | shader |
 //! |---|---|
-//! | windows seen directly; the surface point behind each pixel | `pixel_receivers` |
-//! | irradiance straight from the windows | `pixel_direct` |
-//! | light paths shared by all pixels | `light_paths`, `pixel_gather` |
-//! | short connections, mirrors | `view_near` |
+//! | windows seen directly; the surface point behind each pixel | `image_matrix/receivers` |
+//! | direct irradiance from the windows | `image_matrix/direct` |
+//! | light paths shared by all pixels | `light_paths/paths`, `image_matrix/gather` |
+//! | short connections, mirrors | `light_paths/near` |
 //!
 //! The share of light that arrives in a bin is estimated from that bin's rays and, where it has
 //! few, from those of the whole pixel: consistent, exact where nothing is in the way.
@@ -58,7 +58,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A camera ray in the tracer's coordinates (`trace/pixel_receivers.wgsl`).
+    /// A camera ray in the tracer's coordinates (`image_matrix/receivers.wgsl`).
     pub(crate) struct PixelRay {
         origin: [f32; 3],
         /// How far it goes; 0 for pixels outside the view.
@@ -149,7 +149,7 @@ crate::gpu_constants! {
     }
 }
 
-/// Lights of all bins that an invocation of `pixel_gather` goes through, at most.
+/// Lights of all bins that an invocation of `image_matrix/gather` goes through, at most.
 const MOST_LIGHTS: u32 = 1 << 14;
 /// Vertices of light paths whose lights are connected together, at least.
 const VERTICES_KEPT: u32 = 4;
@@ -162,9 +162,9 @@ pub fn registered() -> Vec<Shader> {
 }
 
 const STRUCTS: &[Declared] = &[TileParams::DECLARED, PixelRay::DECLARED, BinShare::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED];
-const RECEIVERS: Shader = trace::shader("trace/pixel_receivers", &[STRUCTS]);
-const DIRECT: Shader = trace::shader("trace/pixel_direct", &[STRUCTS]);
-const GATHER: Shader = trace::shader("trace/pixel_gather", &[NUMBERS, STRUCTS]);
+const RECEIVERS: Shader = trace::shader("image_matrix/receivers", &[STRUCTS]);
+const DIRECT: Shader = trace::shader("image_matrix/direct", &[STRUCTS]);
+const GATHER: Shader = trace::shader("image_matrix/gather", &[NUMBERS, STRUCTS]);
 
 /// Rows of some consecutive pixels (row-major from the top left).
 #[derive(Debug, Clone, PartialEq)]
@@ -415,7 +415,7 @@ impl<'d> ImageTracer<'d> {
         Ok(TracedTile { straight, sums: device.read_finite(&sums)?, seen: device.read(&seen)?, weights: device.read(&weights)?, near })
     }
 
-    /// Lights per bin that one dispatch of `pixel_gather` can connect: a limit on its loops, which some
+    /// Lights per bin that one dispatch of `image_matrix/gather` can connect: a limit on its loops, which some
     /// drivers cut short.
     fn room(&self) -> u32 {
         (MOST_LIGHTS / self.tables.bins() as u32).max(1)

@@ -1,7 +1,7 @@
 use super::*;
 use crate::camera::View;
-use crate::kernels::trace::reference;
 use crate::kernels::trace::rooms::asymmetric;
+use crate::kernels::view_matrix::reference::view_row;
 use crate::progress::Silent;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -50,7 +50,7 @@ fn pixels_agree_with_the_reference_at_their_surface_points() {
         let point = ray.origin + ray.direction * ((5.0 - ray.origin.y) / ray.direction.y);
         let samples = 300_000;
         let position = point - DVec3::Y * 1e-6;
-        let row = reference::view_row(&scene, std::slice::from_ref(&window), position, DVec3::NEG_Y, 3, samples, 3 + pixel as u64);
+        let row = view_row(&scene, std::slice::from_ref(&window), position, DVec3::NEG_Y, 3, samples, 3 + pixel as u64);
         let (mut squares, mut count) = (0.0, 0.0);
         let (mut sum, mut sum_reference, mut variance) = (0.0, 0.0, 0.0);
         for bin in 0..145 {

@@ -7,7 +7,7 @@ use crate::gpu_struct;
 use crate::kernels::trace::{self, Counters, FAR_AWAY, TraceScene, TraceStatistics, TraceTables, check_finished, stream_seed};
 
 gpu_struct! {
-    /// Parameters of `trace/light_paths`.
+    /// Parameters of `light_paths/paths`.
     pub(crate) struct LightPathParams {
         pub seed: u32,
         /// Paths per bin and batch, a power of two.
@@ -33,7 +33,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `trace/light_compact`.
+    /// Parameters of `light_paths/compact`.
     pub(crate) struct CompactParams {
         pub bins: u32,
         /// Light paths per bin and batch.
@@ -89,7 +89,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `trace/view_near`.
+    /// Parameters of `light_paths/near`.
     pub(crate) struct NearParams {
         pub seed: u32,
         pub sensors: u32,
@@ -112,14 +112,14 @@ gpu_struct! {
 /// Rounds of light paths after which an untruncated computation stops. Roulette ends all paths
 /// before, also between walls of reflectance 0.999 (a thousand rounds).
 const MOST_VERTICES: u32 = 1 << 14;
-/// Bound on what one path of `view_near` may add to one cell, sr.
+/// Bound on what one path of `light_paths/near` may add to one cell, sr.
 const NEAR_BOUND: f64 = 64.0;
 
 crate::gpu_constants! {
     const NUMBERS = {
-        /// Units of a weight in `looks` of `view_near`.
+        /// Units of a weight in `looks` of `light_paths/near`.
         const LOOK_UNITS: f64 = 256.0;
-        /// Workgroups of `view_near` along x; devices allow 65535 along each axis.
+        /// Workgroups of `light_paths/near` along x; devices allow 65535 along each axis.
         const WORKGROUPS_PER_ROW: u32 = 16384;
     }
 }
@@ -129,10 +129,10 @@ pub fn registered() -> Vec<Shader> {
     vec![PATHS, COMPACT, NEAR]
 }
 
-const PATHS: Shader = trace::shader("trace/light_paths", &[&[LightPathParams::DECLARED, LightPath::DECLARED, VirtualLight::DECLARED]]);
-const COMPACT: Shader = trace::shader("trace/light_compact", &[&[CompactParams::DECLARED, VirtualLight::DECLARED]]);
+const PATHS: Shader = trace::shader("light_paths/paths", &[&[LightPathParams::DECLARED, LightPath::DECLARED, VirtualLight::DECLARED]]);
+const COMPACT: Shader = trace::shader("light_paths/compact", &[&[CompactParams::DECLARED, VirtualLight::DECLARED]]);
 /// The kernel of [`near_paths`].
-pub(crate) const NEAR: Shader = trace::shader("trace/view_near", &[NUMBERS, &[NearParams::DECLARED, Receiver::DECLARED]]);
+pub(crate) const NEAR: Shader = trace::shader("light_paths/near", &[NUMBERS, &[NearParams::DECLARED, Receiver::DECLARED]]);
 
 /// How many light paths, and how long.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -301,7 +301,7 @@ pub(crate) fn finish_dispatch(
     Ok(found)
 }
 
-/// What `light_paths` may leave out: lights that face away from all receivers, or lie behind all of
+/// What `light_paths/paths` may leave out: lights that face away from all receivers, or lie behind all of
 /// them.
 fn culling_of(receivers: &[Receiver]) -> LightPathParams {
     let fold =

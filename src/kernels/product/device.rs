@@ -1,28 +1,11 @@
 //! Products on the GPU.
 
+use super::pack::{INNER_MULTIPLE, OUTER_MULTIPLE, PACK, Packed, Packer};
 use super::{Arrangement, Factor, Multiplier, Values, check_fit, lanes};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Chunk, Device, DeviceKind, Kernel, Plan, Shader, check_finite};
+use crate::gpu::{Buffer, Chunk, Device, DeviceKind, Kernel, Shader, check_finite};
 use rayon::prelude::*;
 use std::borrow::Cow;
-
-crate::gpu_struct! {
-    /// Parameters of `product/pack`.
-    pub(super) struct PackParams {
-        /// Rows of the matrix.
-        pub rows: u32,
-        /// Columns of the matrix.
-        pub columns: u32,
-        /// Values per entry.
-        pub components: u32,
-        /// Distance in the plane between neighbours in a column.
-        pub row_stride: u32,
-        /// Distance in the plane between neighbours in a row.
-        pub column_stride: u32,
-        /// Distance between planes.
-        pub plane: u32,
-    }
-}
 
 crate::gpu_struct! {
     /// Parameters of the product kernels; see `shared/gemm.wgsl`. All but the first count quads.
@@ -46,21 +29,13 @@ crate::gpu_struct! {
     }
 }
 
-/// Factors are padded with zeros to these multiples, rows and columns to whole tiles of either
-/// kernel, terms to the depth of a tile.
-const OUTER_MULTIPLE: usize = 128;
-const INNER_MULTIPLE: usize = 8;
-
 crate::gpu_constants! {
     const NUMBERS = {
-        /// Invocations per workgroup of `product/pack`.
-        const PACK_WORKGROUP: u32 = 64;
         /// Entries per side of a workgroup's tile in `product/gemm_tiled`.
         const TILE: u32 = 128;
     }
 }
 
-const PACK: Shader = Shader::new("product/pack", &[NUMBERS, &[PackParams::DECLARED]]);
 const GEMM_TILED: Shader = Shader::new("product/gemm_tiled", &[NUMBERS, &[GemmParams::DECLARED]]);
 /// By the subgroup sizes of software devices; with more lanes a tile's sums would not fit any registers.
 const GEMM_SUBGROUP: [(u32, Shader); 3] = [
@@ -90,7 +65,7 @@ pub enum DeviceKernel {
 /// Multiplies on a GPU device.
 pub struct OnDevice {
     device: Device,
-    pack: Kernel,
+    packer: Packer,
     /// For [`Arrangement::Rows`] and [`Arrangement::Columns`].
     gemm: [Kernel; 2],
     /// Rows and columns of a workgroup's tile.
@@ -98,14 +73,6 @@ pub struct OnDevice {
     name: &'static str,
     /// Largest tile of a product, bytes.
     tile_bytes: u64,
-}
-
-/// A part of a factor on the device: one plane `[term][outer]` per component, padded with zeros.
-pub(super) struct Packed {
-    chunk: Chunk,
-    stride: usize,
-    plane: usize,
-    planes: Buffer,
 }
 
 /// A tile of a product that stays on the device, of one component: `[column][row]` with padding.
@@ -153,67 +120,17 @@ impl OnDevice {
                 (shader, [lanes::rows(lanes), lanes::columns(lanes)], "subgroup")
             }
         };
-        let pack = Kernel::new(device, &PACK, &[])?;
+        let packer = Packer::new(device)?;
         let gemm = [Kernel::new(device, &shader, &[("COLUMNS", 0.0)])?, Kernel::new(device, &shader, &[("COLUMNS", 1.0)])?];
         let limits = device.limits();
         let tile_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(1 << 30);
-        Ok(Self { device: device.clone(), pack, gemm, workgroup, name, tile_bytes })
+        Ok(Self { device: device.clone(), packer, gemm, workgroup, name, tile_bytes })
     }
 
     /// The same with tiles of a product of at most this many bytes.
     #[must_use]
     pub fn tiles_of(self, bytes: u64) -> Self {
         Self { tile_bytes: self.tile_bytes.min(bytes), ..self }
-    }
-
-    /// Cuts a factor into parts that the device can bind, and packs each.
-    fn pack(&self, outer: usize, inner: usize, components: usize, values: &[f32], left: bool) -> Result<Vec<Packed>> {
-        let padded_inner = inner.next_multiple_of(INNER_MULTIPLE);
-        // The narrowest tile of the product has `OUTER_MULTIPLE` columns and must be bound as well.
-        let bytes = (padded_inner.max(OUTER_MULTIPLE) * components * size_of::<f32>()) as u64;
-        // Room for the padding of the last part.
-        let binding = self.device.limits().max_storage_buffer_binding_size.min(self.device.limits().max_buffer_size);
-        let reserve = bytes * OUTER_MULTIPLE as u64;
-        if reserve >= binding {
-            return Err(Error::device(format!("{inner} terms per entry are too many for '{}'", self.device.summary().name)));
-        }
-        let plan = Plan::within(binding - reserve, u64::MAX, outer, &[bytes], &[], OUTER_MULTIPLE)?;
-        plan.chunks().map(|chunk| self.pack_part(chunk, outer, inner, components, values, left)).collect()
-    }
-
-    fn pack_part(&self, chunk: Chunk, outer: usize, inner: usize, components: usize, values: &[f32], left: bool) -> Result<Packed> {
-        let stride = chunk.count.next_multiple_of(OUTER_MULTIPLE);
-        let plane = stride * inner.next_multiple_of(INNER_MULTIPLE);
-        // A tile that begins inside may read up to one padding beyond the last term.
-        let planes = self.device.zeros::<f32>(if left { "left factor" } else { "right factor" }, plane * components + OUTER_MULTIPLE)?;
-        let packed = Packed { chunk, stride, plane, planes };
-        if chunk.count == 0 || inner == 0 {
-            return Ok(packed);
-        }
-        let (rows, columns) = if left { (chunk.count, inner) } else { (inner, chunk.count) };
-        let part: Cow<[f32]> = if left {
-            let row = inner * components;
-            Cow::Borrowed(&values[chunk.first * row..(chunk.first + chunk.count) * row])
-        } else if chunk.count == outer {
-            Cow::Borrowed(values)
-        } else {
-            let rows = values.chunks_exact(outer * components);
-            rows.flat_map(|r| &r[chunk.first * components..(chunk.first + chunk.count) * components]).copied().collect()
-        };
-        let interleaved = self.device.upload("factor as it came", &part)?;
-        let params = PackParams {
-            rows: rows as u32,
-            columns: columns as u32,
-            components: components as u32,
-            row_stride: if left { 1 } else { stride as u32 },
-            column_stride: if left { stride as u32 } else { 1 },
-            plane: plane as u32,
-        };
-        let params = self.device.uniform("pack parameters", &params)?;
-        let bindings = self.pack.bind(&[("params", &params), ("interleaved", &interleaved), ("planes", &packed.planes)])?;
-        let grid = self.device.grid(((rows * columns) as u64).div_ceil(u64::from(PACK_WORKGROUP)))?;
-        self.device.dispatch(&self.pack, &bindings, grid)?;
-        Ok(packed)
     }
 
     /// Multiplies one part of each factor; `columns` counts from the right part's beginning and
@@ -321,13 +238,13 @@ impl Multiplier for OnDevice {
 
     fn left<'a>(&self, rows: usize, terms: usize, components: usize, values: Cow<'a, [f32]>) -> Result<Factor<'a>> {
         assert_eq!(values.len(), rows * terms * components);
-        let parts = self.pack(rows, terms, components, &values, true)?;
+        let parts = self.packer.pack(rows, terms, components, &values, true)?;
         Ok(Factor { outer: rows, inner: terms, components, values: Values::Device(parts) })
     }
 
     fn right<'a>(&self, terms: usize, columns: usize, components: usize, values: Cow<'a, [f32]>) -> Result<Factor<'a>> {
         assert_eq!(values.len(), terms * columns * components);
-        let parts = self.pack(columns, terms, components, &values, false)?;
+        let parts = self.packer.pack(columns, terms, components, &values, false)?;
         Ok(Factor { outer: columns, inner: terms, components, values: Values::Device(parts) })
     }
 

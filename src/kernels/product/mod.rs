@@ -10,6 +10,7 @@
 mod device;
 mod lanes;
 mod native;
+mod pack;
 pub mod reference;
 
 pub(crate) use device::TileOnDevice;
@@ -47,7 +48,7 @@ pub struct Factor<'a> {
 
 enum Values<'a> {
     Host(Cow<'a, [f32]>),
-    Device(Vec<device::Packed>),
+    Device(Vec<pack::Packed>),
 }
 
 impl Factor<'_> {

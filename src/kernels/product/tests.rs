@@ -89,6 +89,7 @@ fn faults_planted_in_the_shaders_are_found() {
         (DeviceKernel::Tiled, "product/pack", "element % params.columns", "element % params.rows"),
         (DeviceKernel::Subgroup, "generated", "(rows.z, 1u)", "(rows.z, 0u)"),
         (DeviceKernel::Subgroup, "generated", "term < params.inner", "term + 8u < params.inner"),
+        (DeviceKernel::Subgroup, "product/gemm_subgroup", "+ row_quad + lane;", "+ row_quad;"),
         (DeviceKernel::Subgroup, "product/gemm_subgroup", "+ params.first_column +", "+ 1u +"),
     ];
     for (kernel, path, from, to) in faults {

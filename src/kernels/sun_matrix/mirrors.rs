@@ -5,7 +5,7 @@
 //! show no more than the first and, after an even number of reflections, the sun's own direction. So
 //! all that flat mirrors of a few orientations do follows from a few matrices, one for each image. The
 //! light of an image is looked for where the image stands and counts if the mirrors met on the way are
-//! those that make it (`trace/sun_gather`): reflections keep solid angles, so an image counts as a sun
+//! those that make it (`sun_matrix/mirrored`): reflections keep solid angles, so an image counts as a sun
 //! does, and nothing is found twice, for each way of the light belongs to one image.
 
 use crate::kernels::trace::SMOOTH_ROUGHNESS2;
@@ -36,8 +36,8 @@ pub struct Mirrors {
     pub left_out: f64,
 }
 
-/// Whether a material throws sunlight as a mirror does. Panes, and what else lets light straight
-/// through, are not among them, as they are not in Radiance's direct calculation.
+/// Whether a material throws sunlight as a mirror does. Panes, and what else lets light
+/// through directly, are not among them, as they are not in Radiance's direct calculation.
 pub fn is_mirror(material: &Material) -> bool {
     match material.kind {
         MaterialKind::Mirror { color } => color.iter().any(|c| *c > LITTLE),

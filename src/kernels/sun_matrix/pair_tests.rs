@@ -1,8 +1,8 @@
-//! Straight sunlight at points behind pixels, against the f64 reference; panes that rays pass.
+//! Direct sunlight at points behind pixels, against the f64 reference; panes that rays pass.
 
-use super::geometry::{Openings, SunOptions, compute};
 use super::pixels::{self, Models, PixelOptions};
 use super::tests::blinds;
+use super::{Openings, SunOptions, compute};
 use super::{Sun, reference};
 use crate::camera::{Raster, View};
 use crate::gpu::{Device, mutation};
@@ -72,10 +72,13 @@ fn pixels_see_suns_between_slats_as_defined() {
         assert!(found < 1.0, "{disc_samples} points: {found}");
     }
     for (file, from, to) in [
-        ("trace/sun_straight", "cosine * sun_transmittance", "sun_transmittance"),
-        ("trace/sun_straight", "cosines += max(cosine, 0.0);", "cosines += 1.0;"),
-        ("trace/sun_candidates", "listed = listed ||", "listed = listed &&"),
-        ("shared/gates", "<= min(leave.x", ">= min(leave.x"),
+        ("sun_matrix/direct", "sum += cosine * passed;", "sum += passed;"),
+        ("sun_matrix/direct", "cosines += max(cosine, 0.0);", "cosines += 1.0;"),
+        ("sun_matrix/candidates", "listed = is_open(", "listed = !is_open("),
+        ("sun_matrix/candidates", "let all = params.disc_samples + params.rim;", "let all = params.rim;"),
+        ("sun_matrix/pixels", "weight * FRAC_1_PI", "weight * 0.35"),
+        ("sun_matrix/pixels", "origin = leave_surface(hit, side);", "origin = leave_surface(hit, -side);"),
+        ("sun_matrix/gates", "<= min(leave.x", ">= min(leave.x"),
     ] {
         let found = mutation::with(file, from, to, || deviation(4));
         assert!(found > 1.0, "{file}: {to}: {found}");
@@ -118,7 +121,7 @@ fn panes_weaken_light_once_each() {
     for (found, one) in through(&device, &panes).iter().zip(one) {
         assert!((found / one.powi(6) - 1.0).abs() < 1e-5, "six panes");
     }
-    // A film that lets a third straight through, between two panes; and a wall behind them.
+    // A film that lets a third through directly, between two panes; and a wall behind them.
     let film =
         MaterialKind::Trans { color: [1.0; 3], specularity: 0.0, roughness: 0.0, transmissivity: 0.5, transmitted_specularity: 2.0 / 3.0 };
     let three = [(0.0, glass), (-0.1, film), (-0.2, glass)];

@@ -8,53 +8,33 @@
 //! pixel shows as bright as it is at the eye, never missed and never doubled.
 //! Entries are sparse, sun by sun.
 
+pub(super) mod behind;
 mod discs;
 mod panes;
 
-use super::Sun;
-use super::geometry::{Openings, SunOptions, SunTracer};
-use super::pane::{self, FacadePoint, PaneBsdf, PaneOptions};
-use crate::camera::{Camera, PixelSamples, Raster};
+use super::openings::Openings;
+use super::options::SunOptions;
+use super::pane::PaneBsdf;
+use super::result::Hits;
+use super::sun::Sun;
+use super::tracer::{SunTracer, Tile};
+use super::{direct, paths};
+use crate::camera::{Camera, Raster};
 use crate::error::Result;
-use crate::gpu::{Buffer, Device, Kernel, Shader};
-use crate::gpu_struct;
+use crate::gpu::Device;
 use crate::kernels::glare::{PixelWeights, SharedNoise, SharedSums};
-use crate::kernels::image_matrix::PixelRay;
-use crate::kernels::light_paths::{Receiver, finish_dispatch};
-use crate::kernels::trace::{self, Counters, FAR_AWAY, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::kernels::trace::TraceStatistics;
 use crate::kernels::view_matrix::mean_and_error;
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
 use crate::units::ILLUMINANCE_WEIGHTS;
+use behind::Behind;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-gpu_struct! {
-    /// Parameters of `trace/sun_pixels`.
-    pub(crate) struct SunPixelParams {
-        seed: u32,
-        pixels: u32,
-        batches: u32,
-        window_count: u32,
-        /// Materials from here on are those of shades.
-        first_shade: u32,
-        /// Whether the windows are panes, where a ray ends.
-        panes: u32,
-        padding0: u32,
-        padding1: u32,
-    }
-}
-
 /// Most pixels of a tile.
 const MOST_TILE: usize = 4096;
-
-/// Shaders of this module, for the tests.
-pub(super) fn registered() -> Vec<Shader> {
-    vec![PIXELS, discs::RAYS]
-}
-
-const PIXELS: Shader = trace::shader("trace/sun_pixels", &[pane::NUMBERS, pane::STRUCTS, &[SunPixelParams::DECLARED, PixelRay::DECLARED]]);
 
 /// Pixels in rising order and their values.
 pub type SparsePicture = Vec<(u32, [f32; 3])>;
@@ -114,14 +94,14 @@ pub struct PixelOptions {
     /// Suns between slats.
     pub slats: SunOptions,
     /// Suns through panes.
-    pub panes: PaneOptions,
+    pub panes: SunOptions,
 }
 
 /// Pictures of a group of suns, in their order. The memory for all of them is the caller's concern:
 /// hand over as many suns at once as it holds pictures.
 ///
 /// # Errors
-/// As [`geometry::compute`](super::geometry::compute).
+/// As [`compute`](super::compute).
 pub fn compute(
     device: &Device,
     models: &Models<'_>,
@@ -141,7 +121,7 @@ pub fn compute(
     if !models.shaded.is_empty() {
         let tracer = SunTracer::new(device, models.black, Openings::Shaded(models.shaded), &[], suns, &options.slats)?;
         between_slats(device, models, raster, &tracer, progress, statistics, &mut pictures)?;
-        discs::add(device, eye, &between(models, &tracer), suns, options.slats.seed, statistics, &mut seen)?;
+        discs::add(eye, &between(models, &tracer), suns, options.slats.seed, statistics, &mut seen)?;
     }
     if !models.panes.is_empty() {
         shared = panes::add(device, models, raster, suns, &options.panes, progress, statistics, &mut pictures)?;
@@ -173,7 +153,7 @@ pub fn discs_at_eye(
     let mut seen = discs::Seen::of(suns.len());
     if !models.shaded.is_empty() && !suns.is_empty() {
         let tracer = SunTracer::new(device, models.black, Openings::Shaded(models.shaded), &[], suns, &options.slats)?;
-        discs::add(device, eye, &between(models, &tracer), suns, options.slats.seed, statistics, &mut seen)?;
+        discs::add(eye, &between(models, &tracer), suns, options.slats.seed, statistics, &mut seen)?;
     }
     if !models.panes.is_empty() && !suns.is_empty() {
         panes::discs(device, models, eye, suns, &options.panes, statistics, &mut seen)?;
@@ -223,7 +203,7 @@ fn between_slats(
     statistics: &mut TraceStatistics,
     pictures: &mut [Pixels],
 ) -> Result<()> {
-    let (windows, options): (Vec<Window>, _) = (models.shaded.iter().map(|(w, _)| w.clone()).collect(), tracer.options());
+    let (windows, options): (Vec<Window>, _) = (models.shaded.iter().map(|(w, _)| w.clone()).collect(), &tracer.options);
     let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
     let batches = options.batches as usize;
     for chunk in tracer.plan(behind.inside.len())?.at_most(MOST_TILE).chunks() {
@@ -234,101 +214,31 @@ fn between_slats(
         let tile = &behind.inside[chunk.first..chunk.first + chunk.count];
         let count = tile.len();
         let found = behind.find(tile, models.first_shade, false, statistics)?;
-        let sums = tracer.trace(&found.receivers, count, count as u32, statistics)?;
+        let numbers: Vec<u32> = tile.iter().map(|p| *p as u32).collect();
+        let receivers = Tile { receivers: &found.receivers, numbers: &numbers, batch_stride: count as u32 };
+        let light = direct::light(tracer, &receivers, statistics)?;
+        let scattered = if tracer.scatters() { Some(paths::light(tracer, &receivers, statistics)?) } else { None };
         let n = pictures.len();
-        add(tile, [batches, batches], pictures, Errors::Own, &|sun, batch, i| {
-            let cell = &sums[((batch * count + i) * n + sun) * 6..][..6];
-            let weight = found.weights[batch * count + i];
-            std::array::from_fn(|c| (cell[c] + cell[c + 3]) * weight[c])
-        });
+        let shown = |sun: usize, batch: usize, i: usize| {
+            let cell = (batch * count + i) * n + sun;
+            let (weight, scattered) = (found.weights[batch * count + i], scattered.as_ref().map_or([0.0; 3], |s| s.light[cell]));
+            std::array::from_fn(|c| (light[cell][c] + scattered[c]) * weight[c])
+        };
+        // What few of its paths leave open.
+        let weight = |i: usize| (0..batches).flat_map(|b| found.weights[b * count + i]).fold(0.0, f32::max);
+        let doubt = |sun: usize, i: usize| {
+            let hits = scattered.as_ref().map_or(Hits::default(), |s| s.hits[i * n + sun]);
+            hits.doubts(batches).iter().sum::<f64>().sqrt() * f64::from(weight(i))
+        };
+        add(tile, [batches, batches], pictures, Errors::Own(&doubt), &shown);
     }
     Ok(())
 }
 
-/// Finds what is behind pixels.
-struct Behind<'a> {
-    device: &'a Device,
-    raster: &'a Raster,
-    tables: TraceTables,
-    scene: TraceScene,
-    kernel: Kernel,
-    counters: Buffer,
-    samples: PixelSamples,
-    windows: usize,
-    batches: u32,
-    seed: u32,
-    /// Pixels that show something.
-    inside: Vec<usize>,
-}
-
-/// What is behind the pixels of a tile, `[batch][pixel]`.
-struct Found {
-    receivers: Buffer,
-    /// Radiance shown per irradiance of the receiver, or per radiance of the point of a pane if the last is 1.
-    weights: Vec<[f32; 4]>,
-    facade: Buffer,
-}
-
-impl<'a> Behind<'a> {
-    fn new(device: &'a Device, lit: &Scene, windows: &[Window], raster: &'a Raster, [batches, seed]: [u32; 2]) -> Result<Self> {
-        let tables = TraceTables::new(lit, windows, WindowSurfaces::Open)?;
-        Ok(Self {
-            device,
-            raster,
-            scene: tables.upload(device)?,
-            tables,
-            kernel: Kernel::new(device, &PIXELS, &[])?,
-            counters: device.zeros::<Counters>("path counters", 1)?,
-            samples: PixelSamples::new(batches as usize, 1.0, u64::from(seed))?,
-            windows: windows.len(),
-            batches,
-            seed,
-            inside: (0..raster.len()).filter(|&p| raster.is_seen(p % raster.width(), p / raster.width())).collect(),
-        })
-    }
-
-    /// Materials from `first_shade` on are those of slats; the windows are panes, where rays end, or holes.
-    fn find(&self, tile: &[usize], first_shade: u32, panes: bool, statistics: &mut TraceStatistics) -> Result<Found> {
-        let (device, count) = (self.device, tile.len());
-        let all = self.batches as usize * count;
-        let rays: Vec<PixelRay> = (0..self.batches as usize)
-            .flat_map(|batch| tile.iter().map(move |&pixel| (batch, pixel)))
-            .map(|(batch, pixel)| pixel_ray(&self.tables, self.raster, &self.samples, pixel, batch))
-            .collect();
-        let params = SunPixelParams {
-            seed: stream_seed(self.seed, 0, 0x7375_6e78),
-            pixels: count as u32,
-            batches: self.batches,
-            window_count: self.windows as u32,
-            first_shade,
-            panes: u32::from(panes),
-            ..SunPixelParams::default()
-        };
-        let params = device.uniform("pixels that see suns' light", &params)?;
-        let rays = device.upload("camera rays", &rays)?;
-        let receivers = device.zeros::<Receiver>("receivers of the pixels", all)?;
-        let weights = device.zeros::<[f32; 4]>("weights of the receivers", all)?;
-        let facade = device.zeros::<FacadePoint>("points of panes", all)?;
-        let own = [
-            ("params", &params),
-            ("rays", &rays),
-            ("receivers", &receivers),
-            ("receiver_weights", &weights),
-            ("facade", &facade),
-            ("counters", &self.counters),
-        ];
-        device.write(&self.counters, &[Counters::default()])?;
-        let bind = self.kernel.bind(&self.scene.bindings(&own))?;
-        device.dispatch(&self.kernel, &bind, [(count as u32).div_ceil(64), self.batches, 1])?;
-        finish_dispatch(device, &self.counters, all as u64, self.kernel.label(), statistics)?;
-        Ok(Found { receivers, weights: device.read::<[f32; 4]>(&weights)?, facade })
-    }
-}
-
 /// How the errors of pixels go together.
 enum Errors<'a> {
-    /// Not at all.
-    Own,
+    /// Not at all. What few samples leave open adds to them: the radiance by sun and number in the tile.
+    Own(&'a (dyn Fn(usize, usize) -> f64 + Sync)),
     /// They share them; sums of each picture, for views that have weights.
     Shared(Option<&'a PixelWeights>, &'a mut [SharedSums]),
 }
@@ -343,7 +253,9 @@ fn add(
     errors: Errors<'_>,
     shown: &(dyn Fn(usize, usize, usize) -> [f32; 3] + Sync),
 ) {
-    let one = |sun: usize, picture: &mut Pixels, mut shared: Option<(Option<&PixelWeights>, &mut SharedSums)>| {
+    type Shared<'s> = Option<(Option<&'s PixelWeights>, &'s mut SharedSums)>;
+    let white: f64 = ILLUMINANCE_WEIGHTS.iter().sum();
+    let one = |sun: usize, picture: &mut Pixels, doubt: &dyn Fn(usize, usize) -> f64, mut shared: Shared<'_>| {
         let mut luminance = vec![0.0f64; batches];
         for (i, &pixel) in tile.iter().enumerate() {
             let mut value = [0.0f32; 3];
@@ -361,7 +273,7 @@ fn add(
                 (0..3).for_each(|c| entry.value[c] += value[c].max(0.0));
                 let error = mean_and_error(&luminance).1 as f32;
                 match &mut shared {
-                    None => entry.error = entry.error.hypot(error),
+                    None => entry.error = entry.error.hypot(error).hypot((white * doubt(sun, i)) as f32),
                     Some((weights, sums)) => {
                         entry.shared_error = entry.shared_error.hypot(error);
                         weights.iter().for_each(|w| sums.add(w, pixel, &luminance));
@@ -371,24 +283,13 @@ fn add(
         }
     };
     match errors {
-        Errors::Own => pictures.par_iter_mut().enumerate().for_each(|(sun, picture)| one(sun, picture, None)),
-        Errors::Shared(weights, sums) => {
-            pictures.par_iter_mut().zip(sums).enumerate().for_each(|(sun, (picture, sums))| one(sun, picture, Some((weights, sums))))
-        }
+        Errors::Own(doubt) => pictures.par_iter_mut().enumerate().for_each(|(sun, picture)| one(sun, picture, doubt, None)),
+        Errors::Shared(weights, sums) => pictures
+            .par_iter_mut()
+            .zip(sums)
+            .enumerate()
+            .for_each(|(sun, (picture, sums))| one(sun, picture, &|_, _| 0.0, Some((weights, sums)))),
     }
-}
-
-fn pixel_ray(tables: &TraceTables, raster: &Raster, samples: &PixelSamples, pixel: usize, sample: usize) -> PixelRay {
-    let (column, row) = (pixel % raster.width(), pixel / raster.width());
-    // At the rim a sample may fall outside the view although the centre is inside.
-    let ray = raster.sample(column, row, samples.offset(pixel, sample)).or_else(|| raster.ray(column, row));
-    ray.map_or_else(
-        || PixelRay::new([0.0; 3], 0.0, [0.0, 0.0, 1.0], pixel as u32),
-        |r| {
-            let length = if r.length > 0.0 { (r.length * tables.normalization.scale) as f32 } else { FAR_AWAY as f32 };
-            PixelRay::new(tables.normalization.point(r.origin).to_array(), length, r.direction.as_vec3().to_array(), pixel as u32)
-        },
-    )
 }
 
 #[cfg(test)]

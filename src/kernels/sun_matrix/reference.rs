@@ -2,9 +2,11 @@
 //! scattered part follows from its definition by plain sampling.
 
 use super::Sun;
+use crate::bsdf::evaluate::Scattering;
 use crate::kernels::trace::reference::intersect;
 use crate::kernels::trace::reference::{Estimate, Random, glass_pane};
 use crate::kernels::trace::{FRESNEL_THRESHOLD, smooth_fresnel};
+use crate::scene::points::Sensor;
 use crate::scene::{MaterialKind, Scene, Window};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -60,7 +62,7 @@ pub fn disc(sun: &Sun, points: usize) -> Vec<DVec3> {
         .collect()
 }
 
-/// Straight coefficient of one sun, sr.
+/// Direct coefficient of one sun, sr.
 pub fn direct(scene: &Scene, windows: &[Window], position: DVec3, normal: DVec3, sun: &Sun, points: usize) -> [f64; 3] {
     let normal = normal.normalize();
     let mut sum = [0.0; 3];
@@ -74,6 +76,38 @@ pub fn direct(scene: &Scene, windows: &[Window], position: DVec3, normal: DVec3,
         }
     }
     sum
+}
+
+/// Whether a surface lies on a ray before a distance.
+pub fn is_blocked(scene: &Scene, from: DVec3, direction: DVec3, most: f64) -> bool {
+    scene.triangles.iter().any(|t| intersect(&t.vertices, from, direction).is_some_and(|d| d > 1e-7 && d < most))
+}
+
+/// Coefficient of a sun through a pane that scatters once, sr: a fine grid over the window of the pane's room (`n`
+/// columns) and the sun's disc.
+pub fn through_pane(scene: &Scene, w: &Window, s: &Scattering, sensor: &Sensor, sun: &Sun, n: usize) -> f64 {
+    let normal = sensor.direction.normalize();
+    let mut random = Random(3);
+    let mut sum = 0.0;
+    for k in 0..n * n / 2 {
+        let (u, v) = (((k % n) as f64 + random.next()) / n as f64, ((k / n) as f64 + random.next()) / (n / 2) as f64);
+        let x = DVec3::new(-1.0 + 2.0 * u, 0.0, 1.0 + v);
+        let (radius, phi) = (sun.chord() * random.next().sqrt(), TAU * random.next());
+        let a = sun.direction.any_orthonormal_vector();
+        let towards = (sun.direction + (a * phi.cos() + sun.direction.cross(a) * phi.sin()) * radius).normalize();
+        let (incident, to) = (-w.frame.to_local(towards), sensor.position - x);
+        let (distance, direction) = (to.length(), to.normalize());
+        let outgoing = w.frame.to_local(direction);
+        let cosine = -direction.dot(normal);
+        if incident.z <= 0.0 || outgoing.z <= 0.0 || cosine <= 0.0 {
+            continue;
+        }
+        if is_blocked(scene, x, towards, f64::INFINITY) || is_blocked(scene, x, direction, distance) {
+            continue;
+        }
+        sum += s.evaluate(outgoing, incident) * incident.z * sun.solid_angle() * outgoing.z * cosine / (distance * distance);
+    }
+    sum * w.area() / (n * n / 2) as f64
 }
 
 /// A point of the windows, uniform in area; the normal there, and the area of all.

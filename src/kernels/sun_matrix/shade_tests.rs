@@ -1,8 +1,8 @@
 //! Points that receivers share on the surfaces: the reference, form factors, paths, choice.
 
-use super::geometry::{Openings, ScatteredBy, SunMatrix, SunOptions, compute};
 use super::shade_cells::Cells;
 use super::tests::{blinds, sensors, suns};
+use super::{Openings, ScatteredBy, SunMatrix, SunOptions, compute};
 use super::{Sun, reference};
 use crate::gpu::{DEFAULT_MEMORY, Device, mutation};
 use crate::kernels::light_paths::Receiver;
@@ -20,6 +20,8 @@ const POINTS: SunOptions = SunOptions {
     path_sets: 4,
     bounces: None,
     scattered_by: ScatteredBy::Points,
+    cells: 0,
+    part_angle: 0.0,
     batches: 4,
     seed: 1,
     roulette_weight: ROULETTE_WEIGHT,
@@ -58,7 +60,7 @@ fn shared_points_agree_with_the_reference() {
             let sigmas = |(i, wanted): (usize, &crate::kernels::trace::reference::Estimate)| {
                 let (r, s) = (i / 3, i % 3);
                 let found = at(&m.total, r, s, 0) - at(&m.direct, r, s, 0);
-                let error = wanted.standard_error(SAMPLES).hypot(at(&m.scattered_error, r, s, 0).max(0.002 * found));
+                let error = wanted.standard_error(SAMPLES).hypot(at(&m.shared_error, r, s, 0).max(0.002 * found));
                 (found - wanted.mean(SAMPLES)).abs() / error.max(1e-12)
             };
             wanted.iter().enumerate().map(sigmas).collect::<Vec<f64>>()
@@ -69,12 +71,18 @@ fn shared_points_agree_with_the_reference() {
         worst = found.iter().copied().fold(worst, f64::max);
         // Faults put into the shaders are found.
         let faults = [
-            (2, "trace/sun_shade_links", "max(-dot(direction, point.facing), 0.0)", "step(0.0, -dot(direction, point.facing))"),
-            (2, "trace/sun_shade_links", "(params.window_count == 0u || leaves", "(params.window_count == 0u || !leaves"),
-            (2, "trace/sun_shade_links", "(cosines * point.area /", "(0.9 * cosines * point.area /"),
+            (2, "sun_matrix/links", "height / distance * slope * point.area", "height / distance * point.area"),
+            (2, "sun_matrix/links", "(params.window_count == 0u || leaves", "(params.window_count == 0u || !leaves"),
+            (2, "sun_matrix/links", "slope * point.area /", "0.9 * slope * point.area /"),
+            (
+                2,
+                "sun_matrix/shade_points",
+                "cell.facing, 0.0, vec3<f32>(1.0), cell.weight)",
+                "cell.facing, 0.0, vec3<f32>(1.0), 0.9 * cell.weight)",
+            ),
             (
                 4,
-                "trace/sun_shade_points",
+                "sun_matrix/shade_points",
                 "let total = (reflected + transmitted) / f32(params.paths);",
                 "let total = 0.7 * (reflected + transmitted);",
             ),
@@ -112,7 +120,7 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
         let found = || {
             let m = run(&device, &b.scene, Openings::Anywhere, &[s], &[sun], &options);
             assert_eq!(m.direct.at(0, 0)[0], 0.0);
-            (at(&m.total, 0, 0, 0), at(&m.scattered_error, 0, 0, 0))
+            (at(&m.total, 0, 0, 0), at(&m.shared_error, 0, 0, 0))
         };
         let seen: f64 = corners.iter().map(|c| polygon_irradiance(c, s.position, normal)).sum();
         let expected = 0.6 / std::f64::consts::PI * sun.solid_angle() * seen;
@@ -122,8 +130,8 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
         assert!(off < 6.0 * error / expected + BEYOND_NOISE && error < 2e-3 * expected, "{what}: {light} {expected}");
         worst = worst.max(off);
         if what == "triangle" {
-            let (from, to) = ("max(-dot(direction, point.facing), 0.0)", "step(0.0, -dot(direction, point.facing))");
-            let (light, _) = mutation::with("trace/sun_shade_links", from, to, found);
+            let (from, to) = ("height / distance * slope * point.area", "height / distance * point.area");
+            let (light, _) = mutation::with("sun_matrix/links", from, to, found);
             assert!((light / expected - 1.0).abs() > 2e-3, "{light} {expected}");
         }
         if what == "both" {
@@ -135,7 +143,7 @@ fn a_lit_plate_is_seen_with_its_form_factor() {
             let hidden = || at(&run(&device, &b.scene, Openings::Anywhere, &[s], &[low.as_point()], &options).total, 0, 0, 0);
             assert_eq!(hidden(), 0.0);
             let (from, to) = ("light_passing(receiver.position, direction, distance,", "light_passing(receiver.position, direction, 1e-3,");
-            assert!(mutation::with("trace/sun_shade_links", from, to, hidden) > 0.9 * expected);
+            assert!(mutation::with("sun_matrix/links", from, to, hidden) > 0.9 * expected);
         }
     }
     measured("shared-points-plate", &short(worst), &format!("6 standard errors + {}", short(BEYOND_NOISE)));
@@ -209,14 +217,14 @@ fn what_panes_reflect_is_counted_once() {
     let sums = |by| {
         let options = SunOptions { paths: 1 << 12, scattered_by: by, bounces: Some(1), disc_samples: 1, ..POINTS };
         let m = run(&device, &b.scene, Openings::Anywhere, &[s], &[sun], &options);
-        (at(&m.total, 0, 0, 0) - at(&m.direct, 0, 0, 0), at(&m.scattered_error, 0, 0, 0))
+        (at(&m.total, 0, 0, 0) - at(&m.direct, 0, 0, 0), at(&m.shared_error, 0, 0, 0))
     };
     let (points, paths) = (sums(ScatteredBy::Points), sums(ScatteredBy::Paths));
     println!("in the pane {:.3e} ± {:.1e} and {:.3e} ± {:.1e}", points.0, points.1, paths.0, paths.1);
     assert!(paths.0 > 0.0 && (points.0 - paths.0).abs() < 6.0 * points.1.hypot(paths.1));
     // Without the weights of forced reflections they differ.
     let (from, to) = ("pane[1] / REFLECTED", "pane[1]");
-    let fault = mutation::with("shared/sun_path", from, to, || sums(ScatteredBy::Points));
+    let fault = mutation::with("sun_matrix/follow_path", from, to, || sums(ScatteredBy::Points));
     assert!((fault.0 - points.0).abs() > 6.0 * fault.1.hypot(points.1), "{fault:?} {points:?}");
 }
 
@@ -229,8 +237,8 @@ fn tiles_and_memory_change_no_bit_of_shared_points() {
     let all = run(&device, &scene, Openings::Windows(std::slice::from_ref(&w)), &many, &suns(), &options);
     let little =
         run(&device, &scene, Openings::Windows(std::slice::from_ref(&w)), &many, &suns(), &SunOptions { memory: 1 << 18, ..options });
-    assert_eq!((&all.total, &all.scattered_error), (&little.total, &little.scattered_error));
-    assert!(all.scattered_error.data().iter().any(|e| *e > 0.0));
+    assert_eq!((&all.total, &all.shared_error), (&little.total, &little.shared_error));
+    assert!(all.shared_error.data().iter().any(|e| *e > 0.0));
 }
 
 fn chosen(scene: &Scene, receivers: &[([f32; 3], [f32; 3])]) -> Option<Vec<bool>> {

@@ -2,11 +2,11 @@
 
 use super::TracedMatrix;
 use super::comparison::assert_agrees;
-use super::reference;
 use super::rooms::{Builder, asymmetric, placed, polygon_irradiance, sensor, street, window};
 use crate::bins::{Frame, KlemsBasis, ReinhartSky};
 use crate::gpu::Device;
 use crate::kernels::daylight_matrix::{self, DaylightOptions};
+use crate::kernels::view_matrix::reference::view_row;
 use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
@@ -346,7 +346,7 @@ fn a_long_corridor_is_lit_by_many_reflections() {
     let v = view(&device, &b.scene, &w, &sensors, &options);
     for (row, s) in sensors.iter().enumerate() {
         let samples = 400_000;
-        let r = reference::view_row(&b.scene, std::slice::from_ref(&w), s.position, s.direction, u32::MAX, samples, 21 + row as u64);
+        let r = view_row(&b.scene, std::slice::from_ref(&w), s.position, s.direction, u32::MAX, samples, 21 + row as u64);
         assert_agrees(&format!("corridor, sensor {row}"), &v, row, &r, samples);
     }
     // Truncated, most of it is missing: what is tested above is indeed light of many reflections.

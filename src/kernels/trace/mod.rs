@@ -40,7 +40,7 @@ gpu_struct! {
         pub diffuse_transmitted: [f32; 3],
         /// Index + 1 of the window that this absorber is; 0 otherwise.
         pub window: u32,
-        /// Specular (straight through) transmittance.
+        /// Specular (direct) transmittance.
         pub specular_transmitted: [f32; 3],
         /// Unused.
         pub padding: u32,
@@ -478,9 +478,16 @@ impl Material {
     pub fn is_smooth(&self) -> bool {
         self.roughness * self.roughness <= SMOOTH_ROUGHNESS2 as f32
     }
+
+    /// The largest share of light that it scatters, other than as mirrors and panes do.
+    pub fn scattered(&self) -> f32 {
+        let largest = |c: [f32; 3]| c.into_iter().fold(0.0, f32::max);
+        let rough = if self.is_smooth() { 0.0 } else { largest(self.specular).max(largest(self.specular_transmitted)) };
+        if self.kind == MATERIAL_SURFACE { largest(self.diffuse).max(largest(self.diffuse_transmitted)).max(rough) } else { 0.0 }
+    }
 }
 
-/// How a material lets light straight through, as `shared/bvh.wgsl` has it.
+/// How a material lets light through directly, as `shared/bvh.wgsl` has it.
 fn pane_kind(material: &Material) -> f32 {
     match material.kind {
         2 => 1.0,

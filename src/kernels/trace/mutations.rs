@@ -2,11 +2,13 @@
 //! references fail.
 
 use super::comparison::agrees;
-use super::reference::{self, Estimate};
+use super::reference::Estimate;
 use super::rooms::{Builder, asymmetric, sensor, street};
 use crate::bins::{KlemsBasis, ReinhartSky};
 use crate::gpu::{Device, mutation};
+use crate::kernels::daylight_matrix::reference::daylight_row;
 use crate::kernels::daylight_matrix::{self, DaylightOptions};
+use crate::kernels::view_matrix::reference::view_row;
 use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::progress::Silent;
 use crate::scene::points::Sensor;
@@ -40,10 +42,8 @@ impl View {
             sensor([3.9, 4.8, 0.2], [0.0, -0.2, 1.0]),
             sensor([1.2, 2.0, 0.1], [0.1, 0.0, 1.0]),
         ];
-        let rows = sensors
-            .par_iter()
-            .map(|s| reference::view_row(&b.scene, std::slice::from_ref(&window), s.position, s.direction, 3, SAMPLES, 3))
-            .collect();
+        let rows =
+            sensors.par_iter().map(|s| view_row(&b.scene, std::slice::from_ref(&window), s.position, s.direction, 3, SAMPLES, 3)).collect();
         Self { scene: b.scene, window, sensors, rows }
     }
 
@@ -67,10 +67,7 @@ impl Daylight {
         let (scene, mut window) = street();
         window.basis = KlemsBasis::Quarter.into();
         let sky = ReinhartSky::new(1).unwrap();
-        let rows = [0, 7, 18, 26, 30]
-            .into_par_iter()
-            .map(|bin| (bin, reference::daylight_row(&scene, &window, bin, sky, 2, SAMPLES, 3)))
-            .collect();
+        let rows = [0, 7, 18, 26, 30].into_par_iter().map(|bin| (bin, daylight_row(&scene, &window, bin, sky, 2, SAMPLES, 3))).collect();
         Self { scene, window, rows }
     }
 
@@ -84,27 +81,27 @@ impl Daylight {
 
 /// File, text, and the fault put in its place.
 const VIEW_FAULTS: &[(&str, &str, &str)] = &[
-    ("trace/light_paths", "rings[ring].cos2_low - rings[ring].cos2_high", "rings[ring].cos2_low + rings[ring].cos2_high"),
-    ("trace/light_paths", "path.flux /= survival;", ""),
-    ("trace/light_compact", "light.strength > 0.0 &&", "light.strength > 0.05 &&"),
-    ("trace/light_compact", "lights[row * params.room + kept]", "lights[row * params.room]"),
-    ("trace/view_gather", "let cos_light = -dot(", "let cos_light = dot("),
-    ("trace/view_gather", "distance2 * max(distance2, near2)", "distance2 * distance2"),
-    ("trace/view_gather", "* FRAC_1_PI", "* 0.35"),
-    ("trace/view_direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
-    ("trace/view_near", "1.0 - ratio * ratio", "1.0 - ratio"),
-    ("trace/view_near", "specular_before = true;", "specular_before = false;"),
-    ("trace/view_near", "specular_before && !imaged && front", "specular_before && front"),
-    ("trace/view_images", "passed * parts[1] *", "passed * parts[1].zyx *"),
+    ("light_paths/paths", "rings[ring].cos2_low - rings[ring].cos2_high", "rings[ring].cos2_low + rings[ring].cos2_high"),
+    ("light_paths/paths", "path.flux /= survival;", ""),
+    ("light_paths/compact", "light.strength > 0.0 &&", "light.strength > 0.05 &&"),
+    ("light_paths/compact", "lights[row * params.room + kept]", "lights[row * params.room]"),
+    ("view_matrix/gather", "let cos_light = -dot(", "let cos_light = dot("),
+    ("view_matrix/gather", "distance2 * max(distance2, near2)", "distance2 * distance2"),
+    ("view_matrix/gather", "* FRAC_1_PI", "* 0.35"),
+    ("view_matrix/direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
+    ("light_paths/near", "1.0 - ratio * ratio", "1.0 - ratio"),
+    ("light_paths/near", "specular_before = true;", "specular_before = false;"),
+    ("light_paths/near", "specular_before && !imaged && front", "specular_before && front"),
+    ("view_matrix/images", "passed * parts[1] *", "passed * parts[1].zyx *"),
     ("shared/window", "sqrt(max(1.0 - z * z, 0.0))", "max(1.0 - z * z, 0.0)"),
     ("shared/bins", "azimuth / TAU * f32(bins) + 0.5", "azimuth / TAU * f32(bins) + 1.0"),
     ("shared/material", "let mirrored = incoming + 2.0 * cosine * facing;", "let mirrored = incoming + 1.5 * cosine * facing;"),
 ];
 
 const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[
-    ("trace/daylight_paths", "var direction = -window_bin_direction", "var direction = window_bin_direction"),
-    ("trace/daylight_paths", "bounces > params.most_bounces", "bounces >= params.most_bounces"),
-    ("trace/daylight_paths", "weight *= event.weight;", "weight *= event.weight.zyx;"),
+    ("daylight_matrix/paths", "var direction = -window_bin_direction", "var direction = window_bin_direction"),
+    ("daylight_matrix/paths", "bounces > params.most_bounces", "bounces >= params.most_bounces"),
+    ("daylight_matrix/paths", "weight *= event.weight;", "weight *= event.weight.zyx;"),
     ("shared/sky", "atan2(direction.x, direction.y)", "atan2(direction.y, direction.x)"),
     ("shared/sky", "direction.z >= sky_rows[row + 1u].sin_low", "direction.z >= sky_rows[row].sin_low"),
     ("shared/window", "f32(bin - r.first) + random.y - 0.5", "f32(bin - r.first) + random.y"),

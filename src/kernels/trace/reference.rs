@@ -1,12 +1,10 @@
-//! f64 reference of the tracing kernels: plain analog path tracing against every triangle, written
-//! from the definition of V and D and sharing nothing with the shaders but the scene and the bins.
-//! Slow and noisy, but plainly right; results come with their standard error.
+//! What the f64 references of tracing kernels share: plain analog path tracing against every triangle, with
+//! nothing in common with the shaders but the scene and the bins. Slow and noisy, but plainly right; results
+//! come with their standard error.
 
 use super::{FRESNEL_THRESHOLD, SMOOTH_ROUGHNESS2, smooth_fresnel};
-use crate::bins::{AngleBasis, ReinhartSky};
 use crate::scene::{MaterialKind, Scene, Window};
 use glam::DVec3;
-use std::f64::consts::PI;
 
 /// Sum and sum of squares of a Monte-Carlo estimate.
 #[derive(Debug, Clone, Copy, Default)]
@@ -39,7 +37,8 @@ impl Estimate {
 pub(crate) use crate::random::Random;
 pub(crate) use crate::scene::pane::glass_pane;
 
-enum Met {
+/// What a ray meets.
+pub(crate) enum Met {
     Nothing,
     Window(usize),
     Surface { distance: f64, normal: DVec3, material: MaterialKind },
@@ -62,7 +61,7 @@ pub(crate) fn intersect(t: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Opti
 }
 
 /// What a ray meets first. Windows count only if given.
-fn meet(scene: &Scene, windows: &[Window], origin: DVec3, direction: DVec3) -> Met {
+pub(crate) fn meet(scene: &Scene, windows: &[Window], origin: DVec3, direction: DVec3) -> Met {
     let mut nearest = f64::INFINITY;
     let mut met = Met::Nothing;
     for t in &scene.triangles {
@@ -84,10 +83,11 @@ fn meet(scene: &Scene, windows: &[Window], origin: DVec3, direction: DVec3) -> M
     met
 }
 
-struct Scattered {
-    direction: DVec3,
-    weight: [f64; 3],
-    diffuse: bool,
+/// Where light goes on.
+pub(crate) struct Scattered {
+    pub direction: DVec3,
+    pub weight: [f64; 3],
+    pub diffuse: bool,
 }
 
 fn largest(c: [f64; 3]) -> f64 {
@@ -95,7 +95,7 @@ fn largest(c: [f64; 3]) -> f64 {
 }
 
 /// Radiance's material models for smooth and rough surfaces, one lobe chosen at random.
-fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut Random) -> Option<Scattered> {
+pub(crate) fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut Random) -> Option<Scattered> {
     let front = incoming.dot(normal) < 0.0;
     let facing = if front { normal } else { -normal };
     let cosine = -incoming.dot(facing);
@@ -160,145 +160,4 @@ fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut
             Some(Scattered { direction: if chosen == 2 { mirrored } else { incoming }, weight, diffuse: false })
         }
     }
-}
-
-/// One row of V: irradiance coefficients of all windows' bins, `[bin][rgb]`. `bounces` as `-ab`.
-pub fn view_row(
-    scene: &Scene,
-    windows: &[Window],
-    position: DVec3,
-    normal: DVec3,
-    bounces: u32,
-    samples: usize,
-    seed: u64,
-) -> Vec<[Estimate; 3]> {
-    let firsts: Vec<usize> = windows.iter().scan(0, |n, w| Some(std::mem::replace(n, *n + w.basis.len()))).collect();
-    let bins = windows.iter().map(|w| w.basis.len()).sum();
-    let mut row = vec![[Estimate::default(); 3]; bins];
-    let mut random = Random(seed);
-    for _ in 0..samples {
-        let mut origin = position;
-        let mut direction = random.cosine_direction(normal.normalize());
-        let mut weight = [PI; 3];
-        let mut reflections = 0;
-        for _ in 0..1000 {
-            match meet(scene, windows, origin, direction) {
-                Met::Nothing => break,
-                Met::Window(w) => {
-                    let frame = windows[w].frame;
-                    if direction.dot(frame.z) < 0.0 {
-                        let bin = firsts[w] + windows[w].basis.bin_of(frame.to_local(-direction));
-                        for c in 0..3 {
-                            row[bin][c].add(weight[c]);
-                        }
-                    }
-                    break;
-                }
-                Met::Surface { distance, normal, material } => {
-                    let Some(s) = scatter(&material, direction, normal, &mut random) else { break };
-                    reflections += u32::from(s.diffuse);
-                    if reflections >= bounces {
-                        break;
-                    }
-                    origin += direction * distance;
-                    direction = s.direction;
-                    for c in 0..3 {
-                        weight[c] *= s.weight[c];
-                    }
-                }
-            }
-        }
-    }
-    row
-}
-
-/// One row of D: `[patch][rgb]`. `bounces` as `-ab`. The window and all others of the scene absorb.
-pub fn daylight_row(
-    scene: &Scene,
-    window: &Window,
-    bin: usize,
-    sky: ReinhartSky,
-    bounces: u32,
-    samples: usize,
-    seed: u64,
-) -> Vec<[Estimate; 3]> {
-    let mut row = vec![[Estimate::default(); 3]; sky.len()];
-    let windows: Vec<Window> = std::iter::once(window).chain(&scene.windows).cloned().collect();
-    let mut random = Random(seed);
-    for _ in 0..samples {
-        let mut origin = random.point_on(&window.triangles);
-        let mut direction = -window.frame.to_world(window.basis.direction(bin, random.next(), random.next()));
-        let mut weight = [1.0; 3];
-        let mut reflections = 0;
-        for _ in 0..1000 {
-            match meet(scene, &windows, origin, direction) {
-                Met::Window(_) => break,
-                Met::Surface { distance, normal, material } => {
-                    let Some(s) = scatter(&material, direction, normal, &mut random) else { break };
-                    reflections += u32::from(s.diffuse);
-                    if reflections > bounces {
-                        break;
-                    }
-                    origin += direction * distance;
-                    direction = s.direction;
-                    for c in 0..3 {
-                        weight[c] *= s.weight[c];
-                    }
-                }
-                Met::Nothing => {
-                    for (c, estimate) in row[sky.bin_of(direction)].iter_mut().enumerate() {
-                        estimate.add(weight[c]);
-                    }
-                    break;
-                }
-            }
-        }
-    }
-    row
-}
-
-/// One incident bin of a sample's BSDF: the share of its light (luminance) that leaves in each bin, to
-/// the outside (-z) first and then to the room. Light starts on the face of the box at `face`
-/// (x, y limits in `low` and `high`, and its z), travelling to +z if `to_room`.
-#[allow(clippy::too_many_arguments, reason = "a definition, spelled out")]
-pub fn bsdf_column(
-    scene: &Scene,
-    low: [f64; 2],
-    high: [f64; 2],
-    face: f64,
-    to_room: bool,
-    basis: &AngleBasis,
-    bin: usize,
-    samples: usize,
-    seed: u64,
-) -> Vec<Estimate> {
-    let mut column = vec![Estimate::default(); 2 * basis.len()];
-    let mut random = Random(seed);
-    for _ in 0..samples {
-        let mut origin = DVec3::new(low[0] + random.next() * (high[0] - low[0]), low[1] + random.next() * (high[1] - low[1]), face);
-        let mut direction = basis.direction(bin, random.next(), random.next());
-        if !to_room {
-            direction.z = -direction.z;
-        }
-        let mut weight = [1.0; 3];
-        for _ in 0..1000 {
-            match meet(scene, &[], origin, direction) {
-                Met::Surface { distance, normal, material } => {
-                    let Some(s) = scatter(&material, direction, normal, &mut random) else { break };
-                    origin += direction * distance;
-                    direction = s.direction;
-                    for c in 0..3 {
-                        weight[c] *= s.weight[c];
-                    }
-                }
-                _ => {
-                    let side = if direction.z > 0.0 { basis.len() } else { 0 };
-                    let luminance: f64 = weight.iter().zip(crate::units::BRIGHTNESS_WEIGHTS).map(|(a, b)| a * b).sum();
-                    column[side + basis.bin_of(direction)].add(luminance);
-                    break;
-                }
-            }
-        }
-    }
-    column
 }

@@ -107,12 +107,12 @@ fn images_in_smooth_planes_are_those_of_the_definition() {
     };
     assert!(worst(true) < 1.0);
     for (path, from, to) in [
-        ("trace/view_images", "towards - 2.0 * rise * view.mirror", "towards - 1.99 * rise * view.mirror"),
-        ("trace/view_images", "passed * parts[1] *", "passed * parts[1] * parts[1] *"),
-        ("trace/view_images", "passed *= parts[0];", "passed *= 0.5 * parts[0];"),
-        ("trace/view_images", "rest * 0.99999", "rest * 1.01"),
-        ("trace/view_images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
-        ("trace/view_images", "triangle_plane(hit.triangle) == view.plane", "triangle_plane(hit.triangle) > 0u"),
+        ("view_matrix/images", "towards - 2.0 * rise * view.mirror", "towards - 1.99 * rise * view.mirror"),
+        ("view_matrix/images", "passed * parts[1] *", "passed * parts[1] * parts[1] *"),
+        ("view_matrix/images", "passed *= parts[0];", "passed *= 0.5 * parts[0];"),
+        ("view_matrix/images", "rest * 0.99999", "rest * 1.01"),
+        ("view_matrix/images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
+        ("view_matrix/images", "triangle_plane(hit.triangle) == view.plane", "triangle_plane(hit.triangle) > 0u"),
         ("shared/bvh", "bitcast<u32>(bvh_triangles[triangle * 3u + 2u].w)", "0u"),
     ] {
         let found = mutation::with(path, from, to, || worst(false));
@@ -205,8 +205,15 @@ fn each_bin_behind_a_slit_has_its_own_share_of_light() {
     // To the left of the slit: the right part of the window shows, and nothing of the left.
     let eye = sensor([1.5, 2.0, 1.7], [0.0, -1.0, 0.0]);
     let (samples, bounces) = (400_000, 1);
-    let reference =
-        crate::kernels::trace::reference::view_row(&scene, std::slice::from_ref(&w), eye.position, eye.direction, bounces, samples, 5);
+    let reference = crate::kernels::view_matrix::reference::view_row(
+        &scene,
+        std::slice::from_ref(&w),
+        eye.position,
+        eye.direction,
+        bounces,
+        samples,
+        5,
+    );
     let compare = || {
         let options = ViewOptions { bounces: Some(bounces), direct_samples: 2048, ..ViewOptions::default() };
         let v = compute(&device, &scene, std::slice::from_ref(&w), &[eye], &options, &Silent).unwrap();
@@ -214,7 +221,7 @@ fn each_bin_behind_a_slit_has_its_own_share_of_light() {
     };
     println!("{}", compare().unwrap());
     let fault = ("windows[to_window.window], -to_window.direction", "windows[to_window.window], to_window.direction");
-    let found = mutation::with("trace/view_direct", fault.0, fault.1, compare);
+    let found = mutation::with("view_matrix/direct", fault.0, fault.1, compare);
     assert!(found.is_err(), "{found:?}");
 }
 

@@ -1,5 +1,5 @@
 //! Images of the windows in plane smooth surfaces: which sensors may see which, and what arrives of them
-//! (`trace/view_images`).
+//! (`view_matrix/images`).
 
 use super::{ViewTracer, beside_surface};
 use crate::error::Result;
@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 gpu_struct! {
-    /// A sensor's image in a mirror (`trace/view_images.wgsl`).
+    /// A sensor's image in a mirror (`view_matrix/images.wgsl`).
     pub(crate) struct ImageView {
         /// Image of the sensor.
         eye: [f32; 3],
@@ -35,7 +35,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `trace/view_images`.
+    /// Parameters of `view_matrix/images`.
     pub(crate) struct ImageParams {
         seed: u32,
         views: u32,
@@ -49,7 +49,7 @@ gpu_struct! {
     }
 }
 
-pub(super) const IMAGES: Shader = trace::shader("trace/view_images", &[&[ImageParams::DECLARED, ImageView::DECLARED]]);
+pub(super) const IMAGES: Shader = trace::shader("view_matrix/images", &[&[ImageParams::DECLARED, ImageView::DECLARED]]);
 
 /// Rays to an image per ray to the windows themselves: polished surfaces show little of the light.
 const RAYS_PER_DIRECT_RAY: f64 = 0.25;

@@ -6,10 +6,10 @@
 //!
 //! | part | estimator | shader |
 //! |---|---|---|
-//! | straight from the window | quadrature, times the visible share found by rays | `view_direct` |
-//! | reflected in the room | light paths from each bin, whose diffuse vertices serve *all* sensors (instant radiosity) | `light_paths`, `view_gather` |
-//! | the windows' images in plane smooth surfaces, by one reflection | quadrature from the sensor's image | `view_images` |
-//! | what these must leave out: very short connections, other mirrors seen by the sensor | paths from the sensor | `view_near` |
+//! | direct from the window | quadrature, times the visible share found by rays | `view_matrix/direct` |
+//! | reflected in the room | light paths from each bin, whose diffuse vertices serve *all* sensors (instant radiosity) | `light_paths/paths`, `view_matrix/gather` |
+//! | the windows' images in plane smooth surfaces, by one reflection | quadrature from the sensor's image | `view_matrix/images` |
+//! | what these must leave out: very short connections, other mirrors seen by the sensor | paths from the sensor | `light_paths/near` |
 //!
 //! All of it is repeated in independently scrambled batches; their spread is the standard error.
 
@@ -17,6 +17,8 @@ mod doubts;
 #[cfg(test)]
 mod image_tests;
 mod images;
+#[cfg(test)]
+pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
 mod unobstructed;
@@ -39,7 +41,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 gpu_struct! {
-    /// Parameters of `trace/view_gather`.
+    /// Parameters of `view_matrix/gather`.
     pub(crate) struct GatherParams {
         seed: u32,
         sensors: u32,
@@ -54,7 +56,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `trace/view_direct`.
+    /// Parameters of `view_matrix/direct`.
     pub(crate) struct DirectParams {
         seed: u32,
         sensors: u32,
@@ -131,7 +133,7 @@ crate::gpu_constants! {
 
 /// Virtual lights of one round, at most, bytes.
 const MOST_LIGHT_BYTES: u64 = 1 << 27;
-/// Bounds the loops of `view_gather`.
+/// Bounds the loops of `view_matrix/gather`.
 const MOST_LIGHT_PATHS: u32 = 1 << 13;
 
 /// Shaders of this module, for the tests.
@@ -140,8 +142,8 @@ pub fn registered() -> Vec<Shader> {
 }
 
 const GATHER: Shader =
-    trace::shader("trace/view_gather", &[NUMBERS, &[GatherParams::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED]]);
-const DIRECT: Shader = trace::shader("trace/view_direct", &[&[DirectParams::DECLARED, Receiver::DECLARED]]);
+    trace::shader("view_matrix/gather", &[NUMBERS, &[GatherParams::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED]]);
+const DIRECT: Shader = trace::shader("view_matrix/direct", &[&[DirectParams::DECLARED, Receiver::DECLARED]]);
 
 /// Computes V for `sensors` and all `windows` in one pass: rows sensors, columns the windows' bins
 /// one window after the other, RGB.

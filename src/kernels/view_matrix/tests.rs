@@ -1,8 +1,8 @@
 use super::*;
 use crate::bins::KlemsBasis;
 use crate::kernels::trace::comparison::assert_agrees;
-use crate::kernels::trace::reference;
 use crate::kernels::trace::rooms::{Builder, asymmetric, sensor, window};
+use crate::kernels::view_matrix::reference::view_row;
 use crate::progress::Silent;
 use crate::scene::MaterialKind;
 use glam::DVec3;
@@ -60,7 +60,7 @@ fn an_asymmetric_room_agrees_with_the_reference_bin_by_bin() {
         let v = compute(&device, &scene, std::slice::from_ref(&w), &sensors, &options, &Silent).unwrap();
         for (row, s) in sensors.iter().enumerate() {
             let samples = 400_000;
-            let r = reference::view_row(&scene, std::slice::from_ref(&w), s.position, s.direction, bounces, samples, 7 + row as u64);
+            let r = view_row(&scene, std::slice::from_ref(&w), s.position, s.direction, bounces, samples, 7 + row as u64);
             assert_agrees(&format!("-ab {bounces}, sensor {row}"), &v, row, &r, samples);
         }
     }
@@ -99,7 +99,7 @@ fn mirrors_glass_and_translucent_walls_agree_with_the_reference() {
     let v = compute(&device, &scene, std::slice::from_ref(&w), &sensors, &options, &Silent).unwrap();
     for (row, s) in sensors.iter().enumerate() {
         let samples = 400_000;
-        let r = reference::view_row(&scene, std::slice::from_ref(&w), s.position, s.direction, 3, samples, 17 + row as u64);
+        let r = view_row(&scene, std::slice::from_ref(&w), s.position, s.direction, 3, samples, 17 + row as u64);
         assert_agrees(&format!("specular, sensor {row}"), &v, row, &r, samples);
     }
 }

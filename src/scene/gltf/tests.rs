@@ -1,7 +1,9 @@
 //! Files written by the tests, and the office beside its `.rad` twin.
 
+use super::reader::triangle_indices;
 use super::*;
 use crate::scene::{self, MaterialKind, rad};
+use gltf::mesh::Mode;
 use serde_json::json;
 
 /// Writes `main.gltf` with the given top-level entries, and `data.bin` with three vertices of a

@@ -1,6 +1,7 @@
 //! `genbox` and `genblinds`: the same surfaces as Radiance's programs print.
 
-use super::syntax::{Object, ObjectType, Surface};
+use super::syntax::Object;
+use super::types::{ObjectType, Surface};
 use crate::error::{Error, Result};
 use crate::limits::{self, GENERATED_SURFACES};
 use crate::scene::shapes::SPHERE_SEGMENTS;

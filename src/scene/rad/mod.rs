@@ -22,6 +22,7 @@ mod proxies;
 mod reader;
 mod surfaces;
 mod syntax;
+mod types;
 mod windows;
 mod xform;
 
@@ -37,7 +38,8 @@ use reader::{Reader, Sink};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use surfaces::Geometry;
-use syntax::{Object, ObjectType, Statement};
+use syntax::{Object, Statement};
+use types::ObjectType;
 use xform::Placement;
 
 /// As [`read_scene`], for what the sun is traced through. Surfaces of a `BSDF` with a thickness are not part

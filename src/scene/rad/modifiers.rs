@@ -3,7 +3,8 @@
 //! As in Radiance a name means its latest definition *before* the place where it is used.
 
 use super::proxies::ThickBsdf;
-use super::syntax::{MaterialType, Object, ObjectType};
+use super::syntax::Object;
+use super::types::{MaterialType, ObjectType};
 use crate::error::{Error, Result, Warnings};
 use crate::scene::{Material, MaterialIndex, MaterialKind};
 use std::cell::Cell;

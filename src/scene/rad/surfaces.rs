@@ -1,6 +1,7 @@
 //! Surfaces of `.rad` files in world coordinates, as triangles or distant sources.
 
-use super::syntax::{Object, Surface};
+use super::syntax::Object;
+use super::types::Surface;
 use super::xform::Placement;
 use crate::error::{Error, Result, Warnings};
 use crate::scene::{polygon, shapes};

@@ -3,6 +3,7 @@
 //! Only the shape of the text is known here; what the words mean is the business of the modules
 //! that use them.
 
+use super::types::ObjectType;
 use crate::error::{Error, Result};
 use crate::text;
 use std::path::Path;
@@ -63,147 +64,6 @@ pub(super) enum Statement {
     },
 }
 
-/// What the second word of an object says it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ObjectType {
-    /// A shape this program cuts into triangles, or a distant source.
-    Surface(Surface),
-    /// A material this program knows.
-    Material(MaterialType),
-    /// A pattern or texture: varies a material, which stays usable without it.
-    Texture(&'static str),
-    /// Part of Radiance, but not of this program: (word, what to do instead).
-    Unsupported(&'static str, &'static str),
-}
-
-/// Surface types.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs, reason = "named as in the files")]
-pub(super) enum Surface {
-    Polygon,
-    Ring,
-    Sphere,
-    Bubble,
-    Cylinder,
-    Tube,
-    Cone,
-    Cup,
-    Source,
-}
-
-/// Material types.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs, reason = "named as in the files")]
-pub(super) enum MaterialType {
-    Plastic,
-    Metal,
-    Trans,
-    Glass,
-    Mirror,
-    Light,
-    Glow,
-}
-
-const SURFACES: [(&str, Surface); 9] = [
-    ("polygon", Surface::Polygon),
-    ("ring", Surface::Ring),
-    ("sphere", Surface::Sphere),
-    ("bubble", Surface::Bubble),
-    ("cylinder", Surface::Cylinder),
-    ("tube", Surface::Tube),
-    ("cone", Surface::Cone),
-    ("cup", Surface::Cup),
-    ("source", Surface::Source),
-];
-
-const MATERIALS: [(&str, MaterialType); 7] = [
-    ("plastic", MaterialType::Plastic),
-    ("metal", MaterialType::Metal),
-    ("trans", MaterialType::Trans),
-    ("glass", MaterialType::Glass),
-    ("mirror", MaterialType::Mirror),
-    ("light", MaterialType::Light),
-    ("glow", MaterialType::Glow),
-];
-
-const TEXTURES: [&str; 14] = [
-    "texfunc",
-    "texdata",
-    "colorfunc",
-    "brightfunc",
-    "colordata",
-    "brightdata",
-    "colorpict",
-    "colortext",
-    "brighttext",
-    "spectrum",
-    "specfile",
-    "specfunc",
-    "specdata",
-    "specpict",
-];
-
-const ANISOTROPIC: &str = "replace it by `plastic`, `metal` or `trans` with a roughness between the two";
-const FUNCTION: &str = "replace it by a `plastic`, `metal` or `trans` that fits its mean behaviour";
-const REFRACTING: &str = "replace panes by one polygon of `glass`, or make the surface a window with a BSDF file";
-const SCATTERING: &str = "make the surface a window with its BSDF file, or replace it by its geometry or a `trans`";
-const MIXTURE: &str = "replace it by one material of mean reflectance";
-const UNSUPPORTED: [(&str, &str); 28] = [
-    ("plastic2", ANISOTROPIC),
-    ("metal2", ANISOTROPIC),
-    ("trans2", ANISOTROPIC),
-    ("ashik2", ANISOTROPIC),
-    ("plasfunc", FUNCTION),
-    ("metfunc", FUNCTION),
-    ("transfunc", FUNCTION),
-    ("BRTDfunc", FUNCTION),
-    ("plasdata", FUNCTION),
-    ("metdata", FUNCTION),
-    ("transdata", FUNCTION),
-    ("WGMDfunc", FUNCTION),
-    ("dielectric", REFRACTING),
-    ("interface", REFRACTING),
-    ("prism1", REFRACTING),
-    ("prism2", REFRACTING),
-    ("BSDF", SCATTERING),
-    ("aBSDF", SCATTERING),
-    ("illum", "replace it by `glow`, or take the surface out of the scene"),
-    ("spotlight", "replace it by `light`"),
-    ("mist", "take the volume out of the scene"),
-    ("antimatter", "cut the opening into the polygons themselves"),
-    ("mixfunc", MIXTURE),
-    ("mixdata", MIXTURE),
-    ("mixpict", MIXTURE),
-    ("mixtext", MIXTURE),
-    ("instance", "give the `.rad` files the octree was made from, placed with `!xform`"),
-    ("mesh", "give the geometry as polygons (`obj2rad` makes them) or as glTF"),
-];
-
-impl ObjectType {
-    /// The type a word names.
-    pub(super) fn from_word(word: &str) -> Option<Self> {
-        let surface = SURFACES.iter().find(|(w, _)| *w == word).map(|&(_, s)| Self::Surface(s));
-        let material = || MATERIALS.iter().find(|(w, _)| *w == word).map(|&(_, m)| Self::Material(m));
-        let texture = || TEXTURES.iter().find(|w| **w == word).map(|w| Self::Texture(w));
-        let unsupported = || UNSUPPORTED.iter().find(|(w, _)| *w == word).map(|&(w, help)| Self::Unsupported(w, help));
-        surface.or_else(material).or_else(texture).or_else(unsupported)
-    }
-
-    /// Its word in the files.
-    pub(super) fn word(self) -> &'static str {
-        match self {
-            Self::Surface(s) => SURFACES.iter().find(|(_, t)| *t == s).map_or("", |(w, _)| w),
-            Self::Material(m) => MATERIALS.iter().find(|(_, t)| *t == m).map_or("", |(w, _)| w),
-            Self::Texture(w) | Self::Unsupported(w, _) => w,
-        }
-    }
-
-    /// Whether other objects can name it as their modifier.
-    pub(super) fn is_modifier(self) -> bool {
-        !matches!(self, Self::Surface(_) | Self::Unsupported("instance" | "mesh", _))
-    }
-}
-
 /// Cuts a file's text into statements.
 ///
 /// # Errors
@@ -255,15 +115,8 @@ fn statement(words: &mut Words) -> Result<Statement> {
         return Ok(Statement::Alias { modifier, name, target, line });
     }
     let Some(object_type) = ObjectType::from_word(&kind) else {
-        let known = SURFACES
-            .iter()
-            .map(|(w, _)| *w)
-            .chain(MATERIALS.iter().map(|(w, _)| *w))
-            .chain(TEXTURES)
-            .chain(UNSUPPORTED.iter().map(|(w, _)| *w));
-        let nearest = known.map(|w| (edit_distance(w, &kind), w)).min().filter(|(d, _)| *d <= 2);
-        let help = match nearest {
-            Some((_, word)) => format!("did you mean `{word}`?"),
+        let help = match ObjectType::nearest_word(&kind) {
+            Some(word) => format!("did you mean `{word}`?"),
             None => "objects read `modifier type identifier`, then the counts and values of their arguments; look at the end of the object before".to_string(),
         };
         return Err(Error::new(format!("'{}' is not an object type", shortened(&kind))).line(type_line).help(help));
@@ -391,19 +244,4 @@ pub(crate) fn shortened(word: &str) -> String {
         text.push('…');
     }
     text
-}
-
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().take(40).flat_map(char::to_lowercase).collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().flat_map(char::to_lowercase).enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }

@@ -2,7 +2,8 @@
 
 use super::reader::{Reader, Sink};
 use super::surfaces::{self, Geometry};
-use super::syntax::{Object, ObjectType, Surface};
+use super::syntax::Object;
+use super::types::{ObjectType, Surface};
 use super::xform::Placement;
 use crate::error::{Error, Result, Warnings};
 use crate::limits;

@@ -2,14 +2,14 @@
 //!
 //! | key | section | matrix | made by |
 //! |---|---|---|---|
-//! | `view`, `view_direct` | `[[sensors]]` | V, Vd: rows sensors, columns the bins of all windows in the project's order | `rfluxmtx -I+`; the same in a black room with `-ab 1` |
+//! | `view`, `view_matrix/direct` | `[[sensors]]` | V, Vd: rows sensors, columns the bins of all windows in the project's order | `rfluxmtx -I+`; the same in a black room with `-ab 1` |
 //! | `sun` | `[[sensors]]` | Cds: rows sensors, columns the ground and all suns of MF:n, or the suns of an earlier run's `suns.rad` | `rcontrib -I+ -m solar` |
 //! | `daylight`, `daylight_direct` | `[[window]]` | D, Dd: rows bins, columns patches, the ground first | `rfluxmtx`; the same with `-ab 0` |
 //!
 //! They have no standard error of their own: the results' counts them as exact.
 
 use crate::error::{Error, Result};
-use crate::kernels::sun_matrix::geometry::SunMatrix;
+use crate::kernels::sun_matrix::SunMatrix;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
 use crate::simulate::inputs::suns::SunSet;

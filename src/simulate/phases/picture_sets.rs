@@ -3,7 +3,7 @@
 //!
 //! | key of `[[view]]` | pictures | made by |
 //! |---|---|---|
-//! | `view`, `view_direct` | V, Vd: one per bin of all windows in the project's order | `rfluxmtx -o v%03d.hdr`; the same in a black room with `-ab 1`, times the map of reflectances |
+//! | `view`, `view_matrix/direct` | V, Vd: one per bin of all windows in the project's order | `rfluxmtx -o v%03d.hdr`; the same in a black room with `-ab 1`, times the map of reflectances |
 //! | `sun` | C: one per sun of an earlier run's `suns.rad`, or the ground and all suns of MF:n | `rcontrib -o c%04d.hdr -m solar` |
 //!
 //! `[images] components = true` writes the same into `images/VIEW/components`: `V%03d.hdr`, `Vd%03d.hdr`,

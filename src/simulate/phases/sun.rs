@@ -1,8 +1,7 @@
 //! Cds: the sun matrix of sensors.
 
 use crate::error::{Error, Result};
-use crate::kernels::sun_matrix::geometry::{Openings, SunMatrix, compute};
-use crate::kernels::sun_matrix::pane;
+use crate::kernels::sun_matrix::{Openings, SunMatrix, compute};
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
@@ -53,18 +52,18 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
         compute(context.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, context.progress)?
     };
     if !panes.is_empty() && !suns.suns.is_empty() && !sensors.is_empty() {
-        let through = pane::compute(context.device, &scene, &panes, &sensors, &suns.suns, &pane_options(project), context.progress)?;
-        matrix.add(&through.total, &through.standard_error, through.statistics);
+        let openings = Openings::Panes(&panes);
+        matrix.add(&compute(context.device, &scene, openings, &sensors, &suns.suns, &pane_options(project), context.progress)?);
     }
     keep(context, &matrix, groups, fingerprint)?;
     Ok((matrix, true))
 }
 
 /// Endings of the files of a sun matrix.
-const PARTS: [&str; 4] = ["", "_direct", "_direct_standard_error", "_scattered_standard_error"];
+const PARTS: [&str; 4] = ["", "_direct", "_own_standard_error", "_shared_standard_error"];
 
 fn keep(context: &Context<'_>, matrix: &SunMatrix, groups: &[SensorGroup], inputs: Fingerprint) -> Result<()> {
-    let all = [&matrix.total, &matrix.direct, &matrix.direct_error, &matrix.scattered_error];
+    let all = [&matrix.total, &matrix.direct, &matrix.own_error, &matrix.shared_error];
     for (suffix, part) in PARTS.iter().zip(all) {
         for (group, rows) in groups.iter().zip(split(part, groups)) {
             let about = "sun matrix, rows sensors, columns the suns of suns.rad";
@@ -84,9 +83,9 @@ fn kept(context: &Context<'_>, inputs: Fingerprint, groups: &[SensorGroup], suns
         }
         Matrix::from_data(rows, suns, 3, data).ok()
     };
-    let [total, direct, direct_error, scattered_error] = PARTS.map(together);
+    let [total, direct, own_error, shared_error] = PARTS.map(together);
     let statistics = TraceStatistics::default();
-    Some(SunMatrix { total: total?, direct: direct?, direct_error: direct_error?, scattered_error: scattered_error?, statistics })
+    Some(SunMatrix { total: total?, direct: direct?, own_error: own_error?, shared_error: shared_error?, statistics })
 }
 
 /// The suns in the order of Cds's columns, as a scene file for `rcontrib -M`.

@@ -2,8 +2,7 @@
 
 use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::image_matrix::ImageOptions;
-use crate::kernels::sun_matrix::geometry::SunOptions;
-use crate::kernels::sun_matrix::pane::PaneOptions;
+use crate::kernels::sun_matrix::SunOptions;
 use crate::kernels::sun_matrix::pixels::PixelOptions;
 use crate::kernels::view_matrix::ViewOptions;
 use crate::simulate::project::quality::Stop;
@@ -93,14 +92,14 @@ pub(crate) fn image_options(project: &Project, phases: u32) -> ImageOptions {
 }
 
 /// Sampling of suns through panes of scattering data.
-pub(crate) fn pane_options(project: &Project) -> PaneOptions {
-    let standard = PaneOptions::default();
+pub fn pane_options(project: &Project) -> SunOptions {
+    let standard = SunOptions::default();
     let cells = match project.quality.preset {
         Preset::Draft => standard.cells / 4,
         Preset::Standard => standard.cells,
         Preset::Final => standard.cells * 4,
     };
-    PaneOptions { cells, seed: seed(project, 0, 0), ..standard }
+    SunOptions { cells, seed: seed(project, 0, 0), ..standard }
 }
 
 /// Sampling of suns in pictures: every pixel has a surface point per batch.
@@ -114,7 +113,7 @@ pub(crate) fn sun_picture_options(project: &Project) -> PixelOptions {
     PixelOptions {
         slats: SunOptions { batches, disc_samples: 4, paths, path_sets: 1, seed, ..SunOptions::default() },
         // Neighbouring pixels even out what a pixel lacks.
-        panes: PaneOptions { batches, disc_samples: 4, cells, part_angle: 0.2, seed, ..PaneOptions::default() },
+        panes: SunOptions { batches, disc_samples: 4, cells, part_angle: 0.2, seed, ..SunOptions::default() },
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::illuminance::luminous;
 use crate::error::{Result, Warnings};
-use crate::kernels::sun_matrix::geometry::SunMatrix;
+use crate::kernels::sun_matrix::SunMatrix;
 use crate::matrix::Matrix;
 use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::inputs::shade;
@@ -74,8 +74,8 @@ impl TracedSuns {
     }
 
     /// Variance of a sensor's illuminance by suns in an hour, or of its sum over the year: lx², (lx·h)².
-    /// Errors of different suns are independent in the direct part. Errors of what shades scatter are
-    /// one and the same for suns of one set. The direct term that is taken away needs no error of its own: V's and
+    /// Own errors of different suns are independent. Shared ones, of what shades and panes scatter, are one and the
+    /// same for suns of one set. The direct term that is taken away needs no error of its own: V's and
     /// D's, multiplied with the whole sky, bound that of the difference, which shares their rays.
     pub fn variance(&self) -> impl Fn(usize, Option<usize>) -> f64 + Sync + '_ {
         // Over the year a sun counts with its radiance of all hours.
@@ -84,20 +84,20 @@ impl TracedSuns {
             yearly[*sun] += radiance;
         }
         move |sensor, hour| {
-            let errors = |s: usize| (luminous(self.matrix.direct_error.at(sensor, s)), luminous(self.matrix.scattered_error.at(sensor, s)));
+            let errors = |s: usize| (luminous(self.matrix.own_error.at(sensor, s)), luminous(self.matrix.shared_error.at(sensor, s)));
             match hour {
                 Some(hour) => self.set.hours[hour].map_or(0.0, |(s, radiance)| {
-                    let (direct, scattered) = errors(s);
-                    (direct * radiance).powi(2) + (scattered * radiance).powi(2)
+                    let (own, shared) = errors(s);
+                    (own * radiance).powi(2) + (shared * radiance).powi(2)
                 }),
                 None => {
-                    let (mut direct, mut scattered) = (0.0, vec![0.0; self.error_sets]);
+                    let (mut own, mut shared) = (0.0, vec![0.0; self.error_sets]);
                     for (s, radiance) in yearly.iter().enumerate() {
                         let (a, b) = errors(s);
-                        direct += (a * radiance).powi(2);
-                        scattered[s % self.error_sets] += b * radiance;
+                        own += (a * radiance).powi(2);
+                        shared[s % self.error_sets] += b * radiance;
                     }
-                    direct + scattered.iter().map(|b| b * b).sum::<f64>()
+                    own + shared.iter().map(|b| b * b).sum::<f64>()
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Kinds of panes: what they scatter and what they let pass straight through.
+//! Kinds of panes: what they scatter and what they let pass directly.
 
 use crate::bsdf::evaluate::Scattering;
 use crate::bsdf::{Block, Blocks, TensorTree};

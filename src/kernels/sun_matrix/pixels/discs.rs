@@ -3,47 +3,18 @@
 //! pixel, whose centre may be a degree away. The sun's images in mirror-like slats are discs as well,
 //! where the image stands.
 
-use super::super::Sun;
-use super::super::geometry::{Gate, SunTracer};
-use super::super::tracer::{SunRecord, SunVertex};
 use super::{Pixels, SeenDisc, SunPicture};
 use crate::camera::{Camera, Raster};
 use crate::error::Result;
 use crate::glare::PixelGeometry;
-use crate::gpu::{Device, Kernel, Shader};
-use crate::gpu_struct;
-use crate::kernels::trace::{self, TraceStatistics, stream_seed};
+use crate::kernels::sun_matrix::direct::{EyeRay, at_rays};
+use crate::kernels::sun_matrix::sun::Sun;
+use crate::kernels::sun_matrix::tracer::SunTracer;
+use crate::kernels::trace::{TraceStatistics, stream_seed};
 use crate::scene::Window;
 use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::{DVec3, Mat3};
 use std::f64::consts::TAU;
-
-gpu_struct! {
-    /// A ray to a point of a sun's disc.
-    pub(crate) struct SunRay {
-        origin: [f32; 3],
-        padding0: u32,
-        direction: [f32; 3],
-        padding1: u32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `trace/sun_rays`.
-    pub(crate) struct SunRayParams {
-        rays: u32,
-        gates: u32,
-        padding0: u32,
-        padding1: u32,
-        /// Columns of the matrix that takes a direction to the sun to that of its image.
-        image_x: [f32; 3],
-        padding2: u32,
-        image_y: [f32; 3],
-        padding3: u32,
-        image_z: [f32; 3],
-        padding4: u32,
-    }
-}
 
 /// Independent sets of points of a disc; their spread tells how well the share that is seen is known.
 const BATCHES: usize = 8;
@@ -53,11 +24,6 @@ const POINTS: usize = 128;
 const RIM: f64 = 0.087;
 /// Rays of one dispatch.
 const MOST_RAYS: usize = 1 << 20;
-
-pub(super) const RAYS: Shader = trace::shader(
-    "trace/sun_rays",
-    &[&[SunRayParams::DECLARED, SunRay::DECLARED, Gate::DECLARED, SunRecord::DECLARED, SunVertex::DECLARED]],
-);
 
 /// What stands between the eye and discs.
 pub(super) struct Way<'a> {
@@ -103,28 +69,16 @@ impl Seen {
 }
 
 /// Adds what the eye sees of the discs.
-pub(super) fn add(
-    device: &Device,
-    eye: Eye<'_>,
-    way: &Way<'_>,
-    suns: &[Sun],
-    seed: u32,
-    statistics: &mut TraceStatistics,
-    seen: &mut Seen,
-) -> Result<()> {
+pub(super) fn add(eye: Eye<'_>, way: &Way<'_>, suns: &[Sun], seed: u32, statistics: &mut TraceStatistics, seen: &mut Seen) -> Result<()> {
     let scene = View::new(eye, way, seed);
-    let images = if way.images { way.tracer.images() } else { &[] };
-    let [panes, may_enter] = way.tracer.constants();
-    let kernel = |mirrored: f64| Kernel::new(device, &RAYS, &[panes, may_enter, ("MIRRORED", mirrored)]);
-    let (straight, mirrored) = (kernel(0.0)?, if images.is_empty() { None } else { Some(kernel(1.0)?) });
+    let images = if way.images { &way.tracer.images[..] } else { &[] };
     for image in std::iter::once(None).chain(images.iter().map(Some)) {
-        let kernel = mirrored.as_ref().filter(|_| image.is_some()).unwrap_or(&straight);
         for (first, suns) in (0..).step_by(MOST_RAYS / (BATCHES * POINTS)).zip(suns.chunks(MOST_RAYS / (BATCHES * POINTS))) {
             let (rays, places) = scene.rays(suns, image);
             if rays.is_empty() {
                 continue;
             }
-            let passed = transmitted(device, way.tracer, kernel, &rays, image, statistics)?;
+            let passed = at_rays(way.tracer, &rays, image, statistics)?;
             let lit = places.iter().zip(&rays).zip(&passed);
             let lit: Vec<_> = lit
                 .filter(|(_, passed)| passed[0] + passed[1] + passed[2] > 0.0)
@@ -156,12 +110,12 @@ struct DiscSum {
 }
 
 impl DiscSum {
-    fn add(&mut self, place: &Place, ray: &SunRay, passed: &[f32; 4]) {
+    fn add(&mut self, place: &Place, ray: &EyeRay, passed: &[f32; 3]) {
         let light: [f64; 3] = std::array::from_fn(|c| f64::from(passed[c] * place.passes[c]));
         let luminance: f64 = (0..3).map(|c| light[c] * ILLUMINANCE_WEIGHTS[c]).sum();
         self.points += 1;
         (0..3).for_each(|c| self.light[c] += light[c]);
-        self.direction += luminance * DVec3::from(ray.direction.map(f64::from));
+        self.direction += luminance * ray.direction.as_dvec3();
         self.batches[place.batch] += luminance;
     }
 
@@ -217,8 +171,8 @@ impl<'a> View<'a> {
     }
 
     /// Rays to the points of discs, or of their images, that the eye sees if nothing is in the way.
-    fn rays(&self, suns: &[Sun], image: Option<&Mat3>) -> (Vec<SunRay>, Vec<Place>) {
-        let mut rays: Vec<SunRay> = Vec::new();
+    fn rays(&self, suns: &[Sun], image: Option<&Mat3>) -> (Vec<EyeRay>, Vec<Place>) {
+        let mut rays: Vec<EyeRay> = Vec::new();
         let mut places: Vec<Place> = Vec::new();
         for (number, sun) in suns.iter().enumerate() {
             // Mirrors may stand anywhere; without them the sun is seen through the openings.
@@ -226,17 +180,17 @@ impl<'a> View<'a> {
                 continue;
             }
             let sets = if sun.radius == 0.0 { 1 } else { BATCHES };
-            for (batch, direction) in (0..sets).flat_map(|set| disc(sun, self.shifts[set]).map(move |d| (set, d))) {
-                let direction = image.map_or(direction, |image| (image.as_dmat3() * direction).normalize());
+            for (batch, of_sun) in (0..sets).flat_map(|set| disc(sun, self.shifts[set]).map(move |d| (set, d))) {
+                let direction = image.map_or(of_sun, |image| (image.as_dmat3() * of_sun).normalize());
                 let Some((origin, is_before, pixel)) = self.place(direction) else { continue };
                 let filter = (self.way.filter)(origin, direction);
                 if filter == [0.0; 3] {
                     continue;
                 }
-                rays.push(SunRay {
+                rays.push(EyeRay {
                     origin: self.way.tracer.point(origin).to_array(),
-                    direction: direction.as_vec3().normalize().to_array(),
-                    ..SunRay::default()
+                    sun: of_sun.as_vec3().normalize(),
+                    direction: direction.as_vec3().normalize(),
                 });
                 let of_point = sun.solid_angle() / (sets * points_of(sun)) as f64;
                 let pixel = pixel.map(|(pixel, share)| (pixel, (share * of_point) as f32));
@@ -295,25 +249,6 @@ impl<'a> View<'a> {
             from <= to
         })
     }
-}
-
-fn transmitted(
-    device: &Device,
-    tracer: &SunTracer<'_>,
-    kernel: &Kernel,
-    rays: &[SunRay],
-    image: Option<&Mat3>,
-    statistics: &mut TraceStatistics,
-) -> Result<Vec<[f32; 4]>> {
-    let [image_x, image_y, image_z] = image.copied().unwrap_or_default().to_cols_array_2d();
-    let params = SunRayParams { rays: rays.len() as u32, gates: tracer.gates().1, image_x, image_y, image_z, ..SunRayParams::default() };
-    let params = device.uniform("rays to suns", &params)?;
-    let buffer = device.upload("rays to suns", rays)?;
-    let passed = device.zeros::<[f32; 4]>("light of suns", rays.len())?;
-    let own = [("params", &params), ("rays", &buffer), ("passed", &passed), ("gates", tracer.gates().0)];
-    let groups = device.grid((rays.len() as u64).div_ceil(64))?;
-    tracer.run_in(tracer.scene(), kernel, &own, groups, rays.len() as u64, statistics)?;
-    device.read(&passed)
 }
 
 /// Points of a set.

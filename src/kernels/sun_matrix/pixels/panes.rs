@@ -1,17 +1,20 @@
 //! Suns in pictures through panes of scattering data: the panes themselves, and the surfaces of the
 //! room that they light.
 
-use super::super::Sun;
-use super::super::geometry::{Openings, SunTracer};
-use super::super::pane::tracer::{PaneTracer, Tile};
-use super::{Behind, Errors, MOST_TILE, Models, Pixels, discs};
+use super::behind::Behind;
+use super::{Errors, MOST_TILE, Models, Pixels, discs};
 use crate::camera::Raster;
 use crate::error::Result;
 use crate::glare::PixelGeometry;
 use crate::gpu::Device;
 use crate::kernels::glare::{PixelWeights, SharedNoise, SharedSums};
-use crate::kernels::sun_matrix::geometry::SunOptions;
-use crate::kernels::sun_matrix::pane::{PaneBsdf, PaneOptions};
+use crate::kernels::sun_matrix::direct;
+use crate::kernels::sun_matrix::openings::Openings;
+use crate::kernels::sun_matrix::options::SunOptions;
+use crate::kernels::sun_matrix::pane::PaneBsdf;
+use crate::kernels::sun_matrix::pane::light::PaneLight;
+use crate::kernels::sun_matrix::sun::Sun;
+use crate::kernels::sun_matrix::tracer::{SunTracer, Tile};
 use crate::kernels::trace::TraceStatistics;
 use crate::progress::{Progress, cancelled};
 use crate::scene::Window;
@@ -27,24 +30,25 @@ pub(super) fn add(
     models: &Models<'_>,
     raster: &Raster,
     suns: &[Sun],
-    options: &PaneOptions,
+    options: &SunOptions,
     progress: &dyn Progress,
     statistics: &mut TraceStatistics,
     pictures: &mut [Pixels],
 ) -> Result<Vec<SharedNoise>> {
     let windows: Vec<Window> = models.panes.iter().map(|(w, _)| w.clone()).collect();
-    let tracer = PaneTracer::new(device, models.black, models.panes, suns, options)?;
+    let tracer = SunTracer::new(device, models.black, Openings::Panes(models.panes), &[], suns, options)?;
+    let light = PaneLight::new(&tracer)?;
     let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
     let batches = options.batches as usize;
     // A view without them has no glare.
     let weights = PixelGeometry::new(raster).map(PixelWeights::new).ok();
     let mut shared = vec![SharedSums::new(weights.as_ref(), batches); suns.len()];
     let outline = Behind::new(device, models.lit, &windows, raster, [options.batches * OUTLINE as u32, options.seed])?;
-    // Number of a sun among those that reach a pane.
-    let mut active = vec![None; suns.len()];
-    tracer.active().iter().enumerate().for_each(|(number, &sun)| active[sun] = Some(number));
-    let sun_chunks = tracer.chunks_of_suns()?;
-    let rows = tracer.tiles(behind.inside.len(), sun_chunks.rows_per_chunk())?.at_most(MOST_TILE / OUTLINE);
+    let sun_chunks = light.as_ref().map(PaneLight::chunks_of_suns).transpose()?;
+    let mut rows = tracer.plan(behind.inside.len())?.at_most(MOST_TILE / OUTLINE);
+    if let (Some(light), Some(suns)) = (&light, &sun_chunks) {
+        rows = light.tiles(behind.inside.len(), suns.rows_per_chunk(), OUTLINE)?.at_most(rows.rows_per_chunk());
+    }
     for chunk in rows.chunks() {
         progress.update("suns through panes in the picture", chunk.first as f64 / behind.inside.len() as f64);
         if progress.stop_requested() {
@@ -54,30 +58,38 @@ pub(super) fn add(
         let count = tile.len();
         let surfaces = behind.find(tile, u32::MAX, true, statistics)?;
         let pane = outline.find(tile, u32::MAX, true, statistics)?;
-        let own = |receivers| Tile { receivers, count, batch_stride: count as u32 };
+        let numbers: Vec<u32> = tile.iter().map(|p| *p as u32).collect();
+        let receivers = Tile { receivers: &surfaces.receivers, numbers: &numbers, batch_stride: count as u32 };
+        let on_surface = |light: [f32; 3], ray: usize, i: usize| {
+            let weight = surfaces.weights[ray * count + i];
+            if weight[3] == 0.0 { std::array::from_fn(|c| weight[c] * light[c]) } else { [0.0; 3] }
+        };
+        // Points of the disc are each pixel's own, those of the panes are not.
+        let clear = direct::light(&tracer, &receivers, statistics)?;
+        super::add(tile, [batches, batches], pictures, Errors::Own(&|_, _| 0.0), &|sun, ray, i| {
+            let [r, g, b, _] = clear[(ray * count + i) * suns.len() + sun];
+            on_surface([r, g, b], ray, i)
+        });
+        let (Some(light), Some(sun_chunks)) = (&light, &sun_chunks) else { continue };
         for part in sun_chunks.chunks() {
-            // Number of a sun in this part, and the place of what a ray of a pixel gets from it.
-            let cell = |sun: usize, ray: usize, i: usize| {
-                let number = active[sun].filter(|s| (part.first..part.first + part.count).contains(s))? - part.first;
-                Some(((ray * part.count + number) * count + i) * 3)
-            };
-            let at_panes = tracer.suns_at_panes(part.first, part.count, statistics)?;
-            let [scattered, clear] = tracer.gather(&at_panes, &own(&surfaces.receivers), progress, statistics)?;
-            let of = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(0.0);
-            let on_surfaces = |part: &[f32], sun: usize, ray: usize, i: usize| {
-                let weight = surfaces.weights[ray * count + i];
-                let Some(cell) = cell(sun, ray, i).filter(|_| weight[3] == 0.0) else { return [0.0; 3] };
-                std::array::from_fn(|c| weight[c] * of(part, cell + c))
-            };
-            // Points of the disc are each pixel's own, those of the panes are not.
+            // Number of a sun in this part.
+            let mut numbers = vec![None; suns.len()];
+            light.active(part.first, part.count).iter().enumerate().for_each(|(number, &sun)| numbers[sun] = Some(number));
+            let at_cells = light.suns_at_cells(part.first, part.count, statistics)?;
+            let scattered = light.gather(&at_cells, &receivers, progress, statistics)?;
             let errors = Errors::Shared(weights.as_ref(), &mut shared);
-            super::add(tile, [batches, batches], pictures, errors, &|sun, ray, i| on_surfaces(&scattered, sun, ray, i));
-            super::add(tile, [batches, batches], pictures, Errors::Own, &|sun, ray, i| on_surfaces(&clear, sun, ray, i));
-            let radiance = tracer.facade(&at_panes, &own(&pane.facade), batches * OUTLINE, statistics)?;
-            super::add(tile, [batches, batches * OUTLINE], pictures, Errors::Own, &|sun, ray, i| {
+            super::add(tile, [batches, batches], pictures, errors, &|sun, ray, i| {
+                let Some(number) = numbers[sun] else { return [0.0; 3] };
+                let cell = ((ray * part.count + number) * count + i) * 3;
+                on_surface(std::array::from_fn(|c| scattered[cell + c]), ray, i)
+            });
+            let rays = batches * OUTLINE;
+            let radiance = light.facade(&at_cells, &pane.facade, [count, rays], statistics)?;
+            super::add(tile, [batches, rays], pictures, Errors::Own(&|_, _| 0.0), &|sun, ray, i| {
                 let weight = pane.weights[ray * count + i];
-                let Some(cell) = cell(sun, ray, i).filter(|_| weight[3] == 1.0) else { return [0.0; 3] };
-                std::array::from_fn(|c| weight[c] * of(&radiance, cell + c))
+                let Some(number) = numbers[sun].filter(|_| weight[3] == 1.0) else { return [0.0; 3] };
+                let shown = radiance[(number * rays + ray) * count + i].strength;
+                std::array::from_fn(|c| weight[c] * shown[c])
             });
         }
     }
@@ -90,17 +102,17 @@ pub(super) fn discs(
     models: &Models<'_>,
     eye: discs::Eye<'_>,
     suns: &[Sun],
-    options: &PaneOptions,
+    options: &SunOptions,
     statistics: &mut TraceStatistics,
     seen: &mut discs::Seen,
 ) -> Result<()> {
     // What stands in the way of the discs. The panes themselves are polygons without thickness.
     let openings: Vec<(Window, Vec<DVec3>)> = models.panes.iter().map(|(w, _)| (w.clone(), Vec::new())).collect();
     let plain = SunOptions { memory: options.memory, ..SunOptions::default() }.direct();
-    let straight = SunTracer::new(device, models.black, Openings::Shaded(&openings), &[], suns, &plain)?;
+    let tracer = SunTracer::new(device, models.black, Openings::Shaded(&openings), &[], suns, &plain)?;
     let filter = |origin, direction| clear_through(models.panes, origin, direction);
-    let way = discs::Way { tracer: &straight, filter: &filter, openings: &openings, images: false };
-    discs::add(device, eye, &way, suns, options.seed, statistics, seen)
+    let way = discs::Way { tracer: &tracer, filter: &filter, openings: &openings, images: false };
+    discs::add(eye, &way, suns, options.seed, statistics, seen)
 }
 
 /// Transmittance of the clear view along a ray from inside through the first pane that it meets; 0

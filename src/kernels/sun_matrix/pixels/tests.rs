@@ -1,11 +1,13 @@
 //! Pictures of suns through panes: the definition in f64, an eye beside a sensor, Radiance.
 
-use super::super::pane::tests::{is_blocked, klems, octree, peaked, rcontrib_of, reference, reference_suns, room, scattering, tutorial};
-use super::super::pane::{self, PaneBsdf, PaneOptions};
+use super::super::pane::PaneBsdf;
+use super::super::pane::tests::{klems, octree, peaked, rcontrib_of, reference_suns, room, scattering, tutorial};
+use super::super::reference::{is_blocked, through_pane};
 use super::*;
 use crate::bins::KlemsBasis;
 use crate::bsdf::Blocks;
 use crate::bsdf::evaluate::Scattering;
+use crate::camera::PixelSamples;
 use crate::camera::View;
 use crate::error::Warnings;
 use crate::glare::PixelGeometry;
@@ -31,8 +33,8 @@ fn furnished(reflectance: f64) -> (Scene, Window) {
     (b.scene, window)
 }
 
-fn options(batches: u32, panes: PaneOptions) -> PixelOptions {
-    PixelOptions { slats: SunOptions::default(), panes: PaneOptions { batches, ..panes } }
+fn options(batches: u32, panes: SunOptions) -> PixelOptions {
+    PixelOptions { slats: SunOptions::default(), panes: SunOptions { batches, ..panes } }
 }
 
 fn pictures(
@@ -77,7 +79,7 @@ fn pixels_show_panes_and_what_they_light_as_defined() {
     let raster = raster(16);
     let suns = [DVec3::new(0.3, -0.7, 0.5), DVec3::new(-0.5, -0.6, 0.4), DVec3::new(0.2, 0.7, 0.3)].map(|d| Sun::new(d).as_point());
     const BATCHES: usize = 2;
-    let options = options(BATCHES as u32, PaneOptions { cells: 512, part_angle: 0.1, ..PaneOptions::default() });
+    let options = options(BATCHES as u32, SunOptions { cells: 512, part_angle: 0.1, ..SunOptions::default() });
     let found = pictures(&device, &scene, &[(w.clone(), PaneBsdf::Bsdf(s.clone()))], &raster, &suns, &options);
     let samples = PixelSamples::new(BATCHES, 1.0, u64::from(options.panes.seed)).unwrap();
     const PANE: f64 = 2e-4;
@@ -105,7 +107,7 @@ fn pixels_show_panes_and_what_they_light_as_defined() {
                     }
                 } else if let Some((distance, reflectance, normal)) = hit.filter(|_| sample < BATCHES) {
                     let sensor = Sensor { position: ray.origin + ray.direction * distance + normal * 1e-5, direction: normal, line: 1 };
-                    let light = reference(&scene, &w, &s, &sensor, sun, 64);
+                    let light = through_pane(&scene, &w, &s, &sensor, sun, 64);
                     floor += light * reflectance / PI / BATCHES as f64;
                 }
             }
@@ -150,19 +152,19 @@ fn an_eye_gets_from_a_picture_what_a_sensor_gets() {
         ("glass", PaneBsdf::of_material(&crate::scene::MaterialKind::Void).unwrap(), 1.0),
     ] {
         let panes = [(w.clone(), bsdf)];
-        let found_by_sensor = pane::compute(
+        let found_by_sensor = super::super::compute(
             &device,
             &scene,
-            &panes,
+            Openings::Panes(&panes),
             &[eye],
             &suns,
-            &PaneOptions { disc_samples: 256, cells: 4096, ..Default::default() },
+            &SunOptions { disc_samples: 256, cells: 4096, ..Default::default() },
             &Silent,
         )
         .unwrap();
         let models = Models { lit: &scene, black: &scene, first_shade: u32::MAX, shaded: &[], panes: &panes };
         let camera = *raster(4).camera();
-        let discs = discs_at_eye(&device, &models, &camera, &suns, &options(4, PaneOptions::default()), &mut TraceStatistics::default());
+        let discs = discs_at_eye(&device, &models, &camera, &suns, &options(4, SunOptions::default()), &mut TraceStatistics::default());
         let discs: Vec<_> = discs.unwrap().into_iter().map(|p| p.discs).collect();
         // The pane's outline is sampled with the pixels' rays.
         for (size, tolerance) in [(48, 0.02), (200, 0.01)] {
@@ -173,11 +175,11 @@ fn an_eye_gets_from_a_picture_what_a_sensor_gets() {
                 &panes,
                 &raster,
                 &suns,
-                &options(4, PaneOptions { cells: 32, part_angle: 0.2, ..Default::default() }),
+                &options(4, SunOptions { cells: 32, part_angle: 0.2, ..Default::default() }),
             );
             for (i, picture) in found.iter().enumerate() {
                 let (shown, wanted) = (at_eye(picture, &raster), f64::from(found_by_sensor.total.at(0, i)[1]));
-                let error = 3.0 * f64::from(found_by_sensor.standard_error.at(0, i)[1]);
+                let error = 3.0 * f64::from(found_by_sensor.standard_error().at(0, i)[1]);
                 println!("{name}, {size} pixels, sun {i}: {shown:.4e} and {wanted:.4e} ± {error:.1e}");
                 assert!((shown - wanted).abs() <= tolerance * wanted + error, "{name}, {size}, sun {i}: {shown:e} {wanted:e}");
                 let disc = suns[i].solid_angle() * -suns[i].direction.y * peak;
@@ -223,7 +225,7 @@ fn what_hides_a_part_of_the_disc_takes_solid_angle_from_it_as_uncertain_as_state
                 &models,
                 &camera,
                 &[sun],
-                &options(2, PaneOptions { seed, ..Default::default() }),
+                &options(2, SunOptions { seed, ..Default::default() }),
                 &mut TraceStatistics::default(),
             );
             found.unwrap().remove(0).discs
@@ -262,7 +264,7 @@ fn a_clear_sun_through_a_peak_lights_its_patch_of_the_floor() {
         &[(w, PaneBsdf::PeakBsdf(peaked()))],
         &raster,
         &[sun],
-        &options(2, PaneOptions { cells: 32, ..Default::default() }),
+        &options(2, SunOptions { cells: 32, ..Default::default() }),
     );
     let (mut lit, mut dark) = (0, 0);
     let bright = 0.4 / PI * 0.6 * sun.solid_angle() * sun.direction.z;
@@ -297,8 +299,8 @@ fn tiles_and_memory_change_no_bit_of_a_picture() {
     let (scene, w) = furnished(0.4);
     let panes = [(w, PaneBsdf::PeakBsdf(peaked()))];
     let suns: Vec<Sun> = (0..12).map(|i| Sun::new(DVec3::new(0.1 * f64::from(i) - 0.6, -1.0, 0.4))).collect();
-    let large = options(2, PaneOptions { cells: 16, ..Default::default() });
-    let small = options(2, PaneOptions { memory: 1 << 17, ..large.panes });
+    let large = options(2, SunOptions { cells: 16, ..Default::default() });
+    let small = options(2, SunOptions { memory: 1 << 17, ..large.panes });
     let raster = raster(20);
     let whole = pictures(&device, &scene, &panes, &raster, &suns, &large);
     assert!(whole == pictures(&device, &scene, &panes, &raster, &suns, &small));
@@ -322,7 +324,7 @@ fn the_light_of_surfaces_is_as_uncertain_as_stated() {
     // Per seed and sun: light at the eye, its variance as stated, and as it would be if pixels were independent.
     let runs: Vec<Vec<[f64; 3]>> = (1..=SEEDS)
         .map(|seed| {
-            let pane_options = PaneOptions { cells: 32, disc_samples: 4, part_angle: 0.2, seed, ..Default::default() };
+            let pane_options = SunOptions { cells: 32, disc_samples: 4, part_angle: 0.2, seed, ..Default::default() };
             let found = pictures(&device, &scene, &panes, &raster, &suns, &options(4, pane_options));
             let of_sun = |p: &SunPicture| {
                 let alone = |errors: &[f32]| -> f64 {
@@ -382,7 +384,7 @@ fn a_fisheye_of_the_tutorials_room_is_rcontribs() {
         // One transmission only, so that there is no choice between two that differ; no reflection.
         bsdf.visible.transmission_back = None;
         bsdf.solar = Blocks::default();
-        let options = options(BATCHES as u32, PaneOptions { cells: 256, part_angle: 0.1, ..PaneOptions::default() });
+        let options = options(BATCHES as u32, SunOptions { cells: 256, part_angle: 0.1, ..SunOptions::default() });
         let panes = [(w.clone(), PaneBsdf::Bsdf(Scattering::new(&bsdf).unwrap()))];
         let found = pictures(&device, &scene, &panes, &raster, &suns, &options);
         let samples = PixelSamples::new(BATCHES, 1.0, u64::from(options.panes.seed)).unwrap();

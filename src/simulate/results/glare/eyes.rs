@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::glare::geometry::ViewFrame;
 use crate::glare::imageless::{Patch, PatchSources};
 use crate::glare::{Disc, Settings, Threshold, disc};
-use crate::kernels::sun_matrix::geometry::SunMatrix;
+use crate::kernels::sun_matrix::SunMatrix;
 use crate::kernels::trace::TracedMatrix;
 use crate::matrix::Matrix;
 use crate::scene::Window;
@@ -63,7 +63,7 @@ impl Eye<'_> {
         let (matrix, set, row) = self.suns?;
         let (sun, radiance) = set.hours.get(hour).copied().flatten()?;
         let of = |m: &Matrix<f32>| luminous(m.at(row, sun)) * radiance;
-        let variance = of(&matrix.direct_error).powi(2) + of(&matrix.scattered_error).powi(2);
+        let variance = of(&matrix.own_error).powi(2) + of(&matrix.shared_error).powi(2);
         Some(SunAtEye { total: of(&matrix.total), variance })
     }
 

@@ -1,0 +1,115 @@
+//! What suns bring to receivers, and how sure it is.
+
+use crate::kernels::trace::TraceStatistics;
+use crate::kernels::trace::doubt::{ENOUGH_HITS, half_a_hit};
+use crate::matrix::Matrix;
+
+/// Sun matrix of some receivers. All matrices are `[receiver][sun]`, RGB, sr.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SunMatrix {
+    /// Direct and scattered.
+    pub total: Matrix<f32>,
+    /// Directly from the sun, by way of flat mirrors, or through a pane's peak.
+    pub direct: Matrix<f32>,
+    /// Standard error of what is each entry's own, independent from sun to sun: of `direct`, and where few samples
+    /// found scattered light because something hides the sun.
+    pub own_error: Matrix<f32>,
+    /// Standard error of what entries share in the scattered part. Suns of one [set](super::SunOptions::path_set) share
+    /// paths or points, so their errors at one receiver go together, with points those of neighbouring
+    /// receivers too, and through panes those of all suns.
+    pub shared_error: Matrix<f32>,
+    /// Work done.
+    pub statistics: TraceStatistics,
+}
+
+impl SunMatrix {
+    /// No light at all.
+    pub fn zeros(receivers: usize, suns: usize) -> Self {
+        let shape = || Matrix::zeros(receivers, suns, 3);
+        let statistics = TraceStatistics::default();
+        Self { total: shape(), direct: shape(), own_error: shape(), shared_error: shape(), statistics }
+    }
+
+    /// Adds independent light of the same receivers and suns.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub fn add(&mut self, other: &Self) {
+        assert_eq!((self.total.rows(), self.total.cols()), (other.total.rows(), other.total.cols()), "the same receivers and suns");
+        let each = |own: &mut Matrix<f32>, other: &Matrix<f32>, add: fn(f32, f32) -> f32| {
+            own.data_mut().iter_mut().zip(other.data()).for_each(|(a, b)| *a = add(*a, *b));
+        };
+        each(&mut self.total, &other.total, |a, b| a + b);
+        each(&mut self.direct, &other.direct, |a, b| a + b);
+        each(&mut self.own_error, &other.own_error, f32::hypot);
+        each(&mut self.shared_error, &other.shared_error, f32::hypot);
+        self.statistics.paths += other.statistics.paths;
+        self.statistics.segments += other.statistics.segments;
+    }
+
+    /// Standard error of `total`.
+    pub fn standard_error(&self) -> Matrix<f32> {
+        let data = self.own_error.data().iter().zip(self.shared_error.data()).map(|(a, b)| a.hypot(*b)).collect();
+        Matrix::from_data(self.total.rows(), self.total.cols(), 3, data).expect("the same shape")
+    }
+
+    /// Sets the direct part of an entry.
+    pub(super) fn set_direct(&mut self, row: usize, sun: usize, c: usize, [mean, variance]: [f64; 2]) {
+        self.direct.at_mut(row, sun)[c] = mean as f32;
+        self.total.at_mut(row, sun)[c] = mean as f32;
+        self.own_error.at_mut(row, sun)[c] = variance.sqrt() as f32;
+    }
+
+    /// Adds the scattered part to an entry whose direct part is set, with its own and its shared variance.
+    pub(super) fn add_scattered(&mut self, row: usize, sun: usize, c: usize, mean: f64, [own, shared]: [f64; 2]) {
+        let total = &mut self.total.at_mut(row, sun)[c];
+        *total = (f64::from(*total) + mean) as f32;
+        let error = &mut self.own_error.at_mut(row, sun)[c];
+        *error = f64::from(*error).hypot(own.sqrt()) as f32;
+        self.shared_error.at_mut(row, sun)[c] = shared.sqrt() as f32;
+    }
+}
+
+/// Mean of independent values and its variance.
+pub(super) fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    [mean, values.map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0))]
+}
+
+/// Variance of a mean by its spread and by what the points seen allow. Few batches often agree by
+/// chance, above all where an edge hides a sliver of the disc; the second then counts as much as three
+/// further batches would.
+pub(super) fn with_doubt(spread: f64, batches: usize, doubt: f64) -> f64 {
+    const WEIGHT: f64 = 3.0;
+    let degrees = (batches - 1) as f64;
+    if doubt > 0.0 { (degrees * spread + WEIGHT * doubt) / (degrees + WEIGHT) } else { spread }
+}
+
+/// Samples of a sun's scattered light, of all batches together.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Hits {
+    /// Samples that found light, and those that would if nothing hid the sun.
+    pub found: f64,
+    pub looks: f64,
+    /// What the samples brought to their batches.
+    pub light: f64,
+    /// What one would have if none did.
+    pub unseen: f64,
+}
+
+impl Hits {
+    /// Variances of the mean over so many batches by what few hits leave open, which their spread does not know: half
+    /// a hit more. A surface that was met once too seldom was so for all suns; a sun that was hidden once too
+    /// often was so by itself: own variance, and shared one.
+    pub fn doubts(&self, batches: usize) -> [f64; 2] {
+        if self.found >= ENOUGH_HITS {
+            return [0.0; 2];
+        }
+        let weight = if self.found > 0.0 { self.light / self.found } else { self.unseen };
+        let all = half_a_hit(weight, batches as f64).powi(2);
+        // By the half hit's share in relative variances of as many hits and looks.
+        let shared = ((self.found + 0.5) / (self.looks + 0.5)).min(1.0).powi(2);
+        [all * (1.0 - shared), all * shared]
+    }
+}
