@@ -11,7 +11,7 @@ pub mod sun_matrix;
 pub mod trace;
 pub mod view_matrix;
 
-/// Every shader variant in use, for the test that links and validates them.
+/// Every shader in use, for the test that links and validates them.
 pub fn registered() -> Vec<crate::gpu::Shader> {
     let mut all = crate::gpu::registered();
     all.extend(image_matrix::registered());
