@@ -59,7 +59,7 @@ impl AtomicFile {
     ///
     /// # Errors
     /// Failures of the file system with the path named; nothing is left behind then.
-    pub(crate) fn commit(mut self) -> Result<()> {
+    pub fn commit(mut self) -> Result<()> {
         let path = self.path.clone();
         let failed = |e: std::io::Error| Error::io(&path, &e);
         self.writer().flush().map_err(failed)?;

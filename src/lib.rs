@@ -18,7 +18,7 @@
 //! let project = Project::builder("scenes/analytic/furnace")
 //!     .weather("../../office/weather/new_york.wea")
 //!     .scene(&["room.rad"])
-//!     .window("south", "window.rad", "../../bsdf/clear.xml")
+//!     .window("south", "window.rad", "../../office/bsdf/double_clear.xml")
 //!     .sensors("cube", "points.txt")
 //!     .build()?;
 //! let mut warnings = Warnings::new();

@@ -35,7 +35,7 @@ mod read;
 pub mod resample;
 pub(crate) mod sample;
 pub mod screen;
-pub(crate) mod spectrum;
+pub mod spectrum;
 mod transmission;
 mod tree;
 mod write;

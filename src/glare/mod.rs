@@ -19,12 +19,12 @@
 pub mod annual;
 pub mod check;
 pub mod detect;
-pub(crate) mod disc;
-pub(crate) mod geometry;
+pub mod disc;
+pub mod geometry;
 pub(crate) mod imageless;
 pub mod index;
 pub(crate) mod position;
-pub(crate) mod sources;
+pub mod sources;
 pub mod statistics;
 pub mod veil;
 

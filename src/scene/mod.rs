@@ -10,7 +10,7 @@ pub mod points;
 pub(crate) mod polygon;
 pub mod rad;
 pub(crate) mod shapes;
-pub(crate) mod windows;
+pub mod windows;
 
 pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
 

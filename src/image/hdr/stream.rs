@@ -89,7 +89,7 @@ impl<R: Read> ScanlineReader<R> {
     ///
     /// # Panics
     /// If `pixels` has not the length that [`Header::scanlines`] gives.
-    pub(crate) fn read_encoded(&mut self, pixels: &mut [[u8; 4]]) -> Result<()> {
+    pub fn read_encoded(&mut self, pixels: &mut [[u8; 4]]) -> Result<()> {
         let (count, length) = self.header.scanlines();
         assert_eq!(pixels.len(), length, "length of the scanline");
         if self.next == count {

@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 mod cie171;
 #[cfg(test)]
 pub(crate) mod comparison;
-pub(crate) mod doubt;
+pub mod doubt;
 #[cfg(test)]
 mod extremes;
 #[cfg(test)]

@@ -9,7 +9,7 @@
 //! nodes' transformations, once for each instance of `EXT_mesh_gpu_instancing`. All surfaces have two
 //! sides. Skins, morph targets, animations, cameras and lights are left out.
 //!
-//! **Extensions.** Those of [`extensions::OBEYED`] are obeyed. Of any other that a file uses a warning
+//! **Extensions.** Those of `extensions::OBEYED` are obeyed. Of any other that a file uses a warning
 //! tells; one that it requires is refused.
 //!
 //! **Materials.** An exact Radiance material by the material's `extras`: `"radiance": "void plastic

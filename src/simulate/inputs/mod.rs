@@ -40,7 +40,7 @@ pub struct Inputs {
     /// One per `[[sensors]]`.
     pub sensors: Vec<SensorGroup>,
     /// Of all sensors in the order of the groups, whether no way of light to them was found (see
-    /// [`reach`]).
+    /// `reach`).
     pub seem_dark: Vec<bool>,
     /// What the windows ask of a method that is left open.
     pub glazing: Glazing,

@@ -27,7 +27,7 @@ impl Project {
     /// let project = Project::builder("scenes/analytic/furnace")
     ///     .weather("../../office/weather/new_york.wea")
     ///     .scene(&["room.rad"])
-    ///     .window("south", "window.rad", "../../bsdf/clear.xml")
+    ///     .window("south", "window.rad", "../../office/bsdf/double_clear.xml")
     ///     .sensors("desk", "points.txt")
     ///     .set("quality", "preset", "draft")
     ///     .build()?;

@@ -9,7 +9,7 @@
 //!
 //! With five phases the sun's patches, seen straight through a shade, go out of pictures and sensors,
 //! and the suns come back as traced, hour by hour. Their discs are sources of their own
-//! ([`Disc`]) wherever there are sources, so that DGP does not depend on the size of the pixels.
+//! ([`Disc`](crate::glare::Disc)) wherever there are sources, so that DGP does not depend on the size of the pixels.
 //! The standard error of `imageless` is that of Ev and of the share of the sun that is seen; the patches'
 //! own noise is left out.
 //! V and D are shared by all states of the façade, V of a view with its pictures.

@@ -57,7 +57,7 @@ impl PictureView {
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub(crate) fn open_matrix(path: &Path, size: Option<[usize; 2]>) -> Result<Self> {
+    pub fn open_matrix(path: &Path, size: Option<[usize; 2]>) -> Result<Self> {
         let rows = if path == Path::new("-") { None } else { MatrixRows::open(path)? };
         let (source, header, rows, bins, components) = match rows {
             Some(r) => {
@@ -97,7 +97,7 @@ impl PictureView {
     ///
     /// # Errors
     /// As [`open`](Self::open), and files of different shapes.
-    pub(crate) fn open_split(total: &Path, direct: &Path) -> Result<Self> {
+    pub fn open_split(total: &Path, direct: &Path) -> Result<Self> {
         let Self { name, source, width, height, bins, view, .. } = Self::open_matrix(total, None)?;
         let rows = MatrixRows::open(direct)?.filter(|r| (r.rows(), r.cols(), r.components()) == (width * height, bins, RGB));
         let (Source::Rows(total), Some(direct)) = (source, rows) else {
