@@ -2,7 +2,8 @@
 //!
 //! An [`Error`] says what is wrong, where (file, line, field) and what to do about it. Functions
 //! that know only *what* return `Error::new`; callers that know *where* add it on the way up.
-//! Broken invariants of the program itself are `assert!`s, never an `Error`.
+//! [`Error::kind`] tells programs apart what a user can mend, what the device could not do, and what was
+//! stopped. Broken invariants of the program itself are `assert!`s, never an `Error`.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -17,8 +18,24 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error(Box<Details>);
 
+/// What kind of fault an error is, for programs that react to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// What was asked for, or a file that was given, is wrong: the user can mend it.
+    #[default]
+    Input,
+    /// There is no device, or it could not do its work.
+    Device,
+    /// The work was stopped on request; what was finished before is kept.
+    Stopped,
+    /// The operating system refused a file or folder.
+    Io,
+}
+
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 struct Details {
+    kind: ErrorKind,
     message: String,
     file: Option<PathBuf>,
     line: Option<usize>,
@@ -34,6 +51,18 @@ impl Error {
         Self(Box::new(Details { message: message.into(), ..Details::default() }))
     }
 
+    /// A failure of the device that kernels run on, or the lack of one.
+    pub fn device(message: impl Into<String>) -> Self {
+        Self::new(message).of_kind(ErrorKind::Device)
+    }
+
+    /// The same of another kind.
+    #[must_use]
+    pub(crate) fn of_kind(mut self, kind: ErrorKind) -> Self {
+        self.0.kind = kind;
+        self
+    }
+
     /// Failure of the operating system on a file.
     pub fn io(path: impl AsRef<Path>, error: &std::io::Error) -> Self {
         let help = match error.kind() {
@@ -42,11 +71,16 @@ impl Error {
             std::io::ErrorKind::StorageFull => Some("free some disk space, or write to another disk"),
             _ => None,
         };
-        let e = Self::new(error.to_string()).file(path);
+        let e = Self::new(error.to_string()).of_kind(ErrorKind::Io).file(path);
         match help {
             Some(h) => e.help(h),
             None => e,
         }
+    }
+
+    /// Failure of the operating system on a stream that has no name here.
+    pub(crate) fn stream(error: &std::io::Error) -> Self {
+        Self::new(error.to_string()).of_kind(ErrorKind::Io)
     }
 
     /// Adds the file, unless an inner caller already named one.
@@ -77,8 +111,19 @@ impl Error {
         self
     }
 
+    /// What kind of fault it is.
+    ///
+    /// ```
+    /// use lucarne::{ErrorKind, simulate::Project};
+    /// let error = Project::read("no/such/project.toml".as_ref()).unwrap_err();
+    /// assert_eq!(error.kind(), ErrorKind::Io);
+    /// ```
+    pub fn kind(&self) -> ErrorKind {
+        self.0.kind
+    }
+
     /// What warnings have in common that differ only in numbers and in names within quotes.
-    fn kind(&self) -> String {
+    fn pattern(&self) -> String {
         let d = &self.0;
         let (mut quoted, mut before) = (false, ' ');
         let plain = d.message.chars().filter(|&c| {
@@ -165,7 +210,7 @@ impl Warnings {
         if self.seen.len() < REMEMBERED {
             self.seen.insert(hash);
         }
-        let (number, last) = self.kinds.entry(warning.kind()).or_default();
+        let (number, last) = self.kinds.entry(warning.pattern()).or_default();
         if *number < WARNINGS_OF_A_KIND {
             (*number, *last) = (*number + 1, self.kept.len());
             self.kept.push(warning);

@@ -18,7 +18,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> Resul
 ///
 /// # Errors
 /// As [`write_atomically`].
-pub fn write_seekable_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+pub(crate) fn write_seekable_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
     let mut file = AtomicFile::create(path, 1 << 20)?;
     write(file.writer())?;
     file.commit()

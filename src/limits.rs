@@ -4,42 +4,40 @@
 use crate::error::Error;
 
 /// Files of a scene inside each other (`!xform` in files that `!xform` names).
-pub const NESTED_FILES: usize = 64;
+pub(crate) const NESTED_FILES: usize = 64;
 
 /// Nodes of a glTF file inside each other.
-pub const NESTED_NODES: usize = 128;
+pub(crate) const NESTED_NODES: usize = 128;
 
 /// Copies that all `xform`s of a scene make together, each copy of a file or generator counted
 /// where it stands; also repetitions of one `-a` or `-i`.
-pub const COPIES: usize = 1 << 21;
+pub(crate) const COPIES: usize = 1 << 21;
 
 /// Stages of one pipeline (`!genbox … | xform … | xform …`).
-pub const PIPED_COMMANDS: usize = 64;
+pub(crate) const PIPED_COMMANDS: usize = 64;
 
 /// Surfaces that one `genblinds` makes.
-pub const GENERATED_SURFACES: usize = 1 << 20;
+pub(crate) const GENERATED_SURFACES: usize = 1 << 20;
 
 /// Statements of a scene, after arrays and repeated files are expanded.
-pub const STATEMENTS: usize = 50_000_000;
+pub(crate) const STATEMENTS: usize = 50_000_000;
 
 /// Triangles of a scene; more would not fit the memory of usual machines and devices.
-pub const TRIANGLES: usize = 50_000_000;
+pub(crate) const TRIANGLES: usize = 50_000_000;
 
 /// Surfaces in a file of windows.
-pub const WINDOW_SURFACES: usize = 1 << 17;
+pub(crate) const WINDOW_SURFACES: usize = 1 << 17;
 
 /// Nodes and instances of a glTF scene, each counted as often as it appears.
-pub const NODES: usize = 1 << 20;
+pub(crate) const NODES: usize = 1 << 20;
 
 /// Vertices of a glTF scene, each counted as often as it appears.
-pub const VERTICES: usize = 3 * TRIANGLES;
+pub(crate) const VERTICES: usize = 3 * TRIANGLES;
 
 /// Elements of a glTF accessor that has no data of its own.
-pub const EMPTY_ELEMENTS: usize = 1 << 22;
-
-pub use crate::error::WARNINGS_OF_A_KIND;
+pub(crate) const EMPTY_ELEMENTS: usize = 1 << 22;
 
 /// The error of a limit: `what` ("the scene has", "this xform makes") more than `limit` of `unit`.
-pub fn exceeded(what: &str, limit: usize, unit: &str) -> Error {
+pub(crate) fn exceeded(what: &str, limit: usize, unit: &str) -> Error {
     Error::new(format!("{what} more than {limit} {unit}"))
 }

@@ -1,5 +1,7 @@
 //! Progress of long work, and the wish to stop it.
 
+use crate::error::{Error, ErrorKind};
+
 /// Receives progress. Implemented by the command line and the viewer; the library never prints.
 pub trait Progress: Sync {
     /// Called now and then: what is being done and the finished fraction 0…1 of that stage.
@@ -20,7 +22,8 @@ impl Progress for Silent {
 }
 
 /// The error of work that was stopped by its [`Progress`].
-pub fn cancelled() -> crate::error::Error {
-    crate::error::Error::new("stopped on request")
+pub fn cancelled() -> Error {
+    Error::new("stopped on request")
+        .of_kind(ErrorKind::Stopped)
         .help("run the same command again to go on where it stopped, where results are kept, or to start anew")
 }

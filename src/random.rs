@@ -4,11 +4,11 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// Its state.
-pub struct Random(pub u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
     /// Evenly distributed in [0, 1).
-    pub fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -17,7 +17,7 @@ impl Random {
     }
 
     /// Distributed as the cosine to a normal of unit length.
-    pub fn cosine_direction(&mut self, normal: DVec3) -> DVec3 {
+    pub(crate) fn cosine_direction(&mut self, normal: DVec3) -> DVec3 {
         let (r2, phi) = (self.next(), TAU * self.next());
         let x = normal.any_orthonormal_vector();
         let y = normal.cross(x);
@@ -25,7 +25,7 @@ impl Random {
     }
 
     /// Evenly distributed over triangles.
-    pub fn point_on(&mut self, triangles: &[[DVec3; 3]]) -> DVec3 {
+    pub(crate) fn point_on(&mut self, triangles: &[[DVec3; 3]]) -> DVec3 {
         let area = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).length();
         let mut pick = self.next() * triangles.iter().map(area).sum::<f64>();
         let mut chosen = triangles[triangles.len() - 1];

@@ -1,7 +1,7 @@
 //! Errors of means.
 
 /// Variance of the mean of independent values; 0 of a single one, which is exact.
-pub fn variance_of_mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(crate) fn variance_of_mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let n = values.clone().count() as f64;
     if n < 2.0 {
         return 0.0;
@@ -14,7 +14,7 @@ pub fn variance_of_mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
 /// lies within so many of its standard errors of the truth in 95 % of cases. Two-sided quantiles
 /// (Abramowitz and Stegun 1964, table 26.10) up to 10, then Fisher's expansion about the normal
 /// distribution (ibid. 26.7.5), which differs by less than 1e-4 there.
-pub fn student_95(freedom: usize) -> f64 {
+pub(crate) fn student_95(freedom: usize) -> f64 {
     const FEW: [f64; 10] = [12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281];
     match freedom {
         0 => f64::INFINITY,
@@ -31,7 +31,7 @@ pub fn student_95(freedom: usize) -> f64 {
 
 /// By what a variance with so many degrees of freedom is multiplied to be exceeded by the true one in one
 /// case of ten: the freedom over the tenth percentile of χ² (Wilson and Hilferty 1931).
-pub fn upper_variance(freedom: f64) -> f64 {
+pub(crate) fn upper_variance(freedom: f64) -> f64 {
     let a = 2.0 / (9.0 * freedom.max(1.0));
     (1.0 - a - 1.281_552 * a.sqrt()).max(0.25).powi(-3)
 }

@@ -176,7 +176,7 @@ pub fn words(line: &str) -> Result<Vec<Cow<'_, str>>> {
 }
 
 /// Why a word is no number, for messages: a comma where a point should be, or nothing to say.
-pub fn why_no_number(word: &str) -> &'static str {
+pub(crate) fn why_no_number(word: &str) -> &'static str {
     let comma = word.replacen(',', ".", 1);
     if word.contains(',') && comma.parse::<f64>().is_ok() { " (write a point in place of the comma)" } else { "" }
 }

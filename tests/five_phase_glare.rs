@@ -12,7 +12,7 @@ use lucarne::kernels::sun_matrix::pixels::{SeenDisc, SparsePicture};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
 use lucarne::progress::Silent;
-use lucarne::simulate::store::sun_pictures::SunPictures;
+use lucarne::simulate::SunPictures;
 use lucarne::simulate::{Inputs, Project, run};
 use lucarne::sky::{SkyOptions, sky_matrix};
 use lucarne::weather::Weather;

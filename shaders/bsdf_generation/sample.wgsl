@@ -1,7 +1,7 @@
 // A sample of a window layer: its box, and flight through it, over the edges of a period if the
 // sample repeats.
 
-import package::generated::{FAR_AWAY, GenerationParams};
+import package::generated::{GenerationParams, FAR_AWAY};
 import package::shared::bvh::{closest_hit, Hit, NO_TRIANGLE};
 
 @group(0) @binding(6) var<uniform> params: GenerationParams;

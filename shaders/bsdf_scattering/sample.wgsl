@@ -1,7 +1,11 @@
 // Importance sampling of scattering functions: density proportional to the function in projected
 // solid angle, so that every sample weighs the direct-hemispherical value.
 
-import package::generated::{KIND_BLACK, KIND_KLEMS, KIND_TREE3_REVERSED, KIND_TREE4, LOBE_BINS_OUT, LOBE_KIND, LOBE_LAMBERTIAN, LOBE_RINGS_OUT, LOBE_RING_COUNT_OUT, LOBE_SAMPLING, LOBE_SAMPLING_SIDE, PI, REFLECTION_BACK, RING_WORDS, TAU, TRANSMISSION_FRONT};
+import package::generated::{
+    KIND_BLACK, KIND_KLEMS, KIND_TREE3_REVERSED, KIND_TREE4, LOBE_BINS_OUT, LOBE_KIND, LOBE_LAMBERTIAN,
+    LOBE_RINGS_OUT, LOBE_RING_COUNT_OUT, LOBE_SAMPLING, LOBE_SAMPLING_SIDE, PI, REFLECTION_BACK, RING_WORDS,
+    TAU, TRANSMISSION_FRONT,
+};
 import package::bsdf_scattering::square::{square_from_disk, disk_from_square};
 import package::bsdf_scattering::scattering::{bsdf_words, bsdf_number, bsdf_component, bsdf_lobe, bsdf_of_keys, incident_key, outgoing_key, azimuth_of, slice_of};
 

@@ -4,7 +4,12 @@
 // of z tell the sides. Values are those of the bin or cell. A direction is turned once into a key
 // (bin, or place in the square), so that many pairs can be evaluated from keys.
 
-import package::generated::{KIND_KLEMS, KIND_TREE3, KIND_TREE3_REVERSED, KIND_TREE4, LOBE_BINS_IN, LOBE_KIND, LOBE_LAMBERTIAN, LOBE_NODES, LOBE_RINGS_IN, LOBE_RINGS_OUT, LOBE_RING_COUNT_IN, LOBE_RING_COUNT_OUT, LOBE_VALUES, LOBE_WORDS, PACKED_BRANCH, REFLECTION_BACK, REFLECTION_FRONT, RING_WORDS, TRANSMISSION_BACK, TRANSMISSION_FRONT};
+import package::generated::{
+    KIND_KLEMS, KIND_TREE3, KIND_TREE3_REVERSED, KIND_TREE4, LOBE_BINS_IN, LOBE_KIND, LOBE_LAMBERTIAN,
+    LOBE_NODES, LOBE_RINGS_IN, LOBE_RINGS_OUT, LOBE_RING_COUNT_IN, LOBE_RING_COUNT_OUT, LOBE_VALUES,
+    LOBE_WORDS, PACKED_BRANCH, REFLECTION_BACK, REFLECTION_FRONT, RING_WORDS, TRANSMISSION_BACK,
+    TRANSMISSION_FRONT,
+};
 import package::bsdf_scattering::square::{square_from_disk, BELOW_ONE};
 import package::shared::bins::{azimuth_bin};
 

@@ -1,7 +1,7 @@
 // For tests: chains of rays inside a closed convex room around the origin, whose surfaces face inwards. A ray that
 // meets nothing, or a surface from behind, has leaked.
 
-import package::generated::{FAR_AWAY, LeakCounts, LeakProbeParams};
+import package::generated::{LeakCounts, LeakProbeParams, FAR_AWAY};
 import package::shared::random::{hash_combine, hash_u32, unit_f32};
 import package::shared::bvh::{bvh_triangles, closest_hit, leave_surface, triangle_normal, NO_TRIANGLE};
 import package::shared::material::{cosine_direction};

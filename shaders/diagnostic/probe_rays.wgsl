@@ -1,6 +1,6 @@
 // For tests: what each ray meets first.
 
-import package::generated::{FAR_AWAY, Ray, RayAnswer};
+import package::generated::{Ray, RayAnswer, FAR_AWAY};
 import package::shared::bvh::{closest_hit, traverse, ANY};
 import package::shared::counters::{count_finished};
 

@@ -5,7 +5,7 @@
 // rays for all bins together, drawn in proportion to the connections. A bin's share of rays that
 // arrive is its own where it has rays, and that of the whole pixel where it has none.
 
-import package::generated::{BinShare, FRAC_1_PI, MOST_VISIBILITY_RAYS, Receiver, TileParams, VirtualLight};
+import package::generated::{BinShare, Receiver, TileParams, VirtualLight, FRAC_1_PI, MOST_VISIBILITY_RAYS};
 import package::shared::pixel::{pixel_cell};
 import package::shared::connection::{connection};
 import package::shared::random::{hash_combine, unit_f32};

@@ -2,7 +2,7 @@
 // mirrors and through panes) go into their bins at once; for the first `batches` rays of a pixel
 // the first diffuse surface becomes a receiver, whose irradiance the next steps find.
 
-import package::generated::{FAR_AWAY, FRAC_1_PI, MATERIAL_ABSORBER, PixelRay, Receiver, TileParams};
+import package::generated::{PixelRay, Receiver, TileParams, FAR_AWAY, FRAC_1_PI, MATERIAL_ABSORBER};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE};

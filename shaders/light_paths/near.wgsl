@@ -3,7 +3,10 @@
 // weighted by what `view_matrix/gather` leaves out. Windows seen by one reflection in a plane may be left to
 // `view_matrix/images`.
 
-import package::generated::{FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_ABSORBER, MATERIAL_GLASS, MOST_PATH_SEGMENTS, NearParams, PI, Receiver, WORKGROUPS_PER_ROW};
+import package::generated::{
+    NearParams, Receiver, FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_ABSORBER, MATERIAL_GLASS,
+    MOST_PATH_SEGMENTS, PI, WORKGROUPS_PER_ROW,
+};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};

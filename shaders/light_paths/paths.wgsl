@@ -5,7 +5,7 @@
 // of the bin / paths. Where it meets a diffuse surface it leaves a virtual light (Keller 1997,
 // instant radiosity), which `view_matrix/gather` connects to all sensors.
 
-import package::generated::{FAR_AWAY, LightPath, LightPathParams, PI, VirtualLight};
+import package::generated::{LightPath, LightPathParams, VirtualLight, FAR_AWAY, PI};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};

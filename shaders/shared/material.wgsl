@@ -2,7 +2,10 @@
 //
 // Light paths may be followed in either direction: every model here is reciprocal and none refracts.
 
-import package::generated::{FRESNEL_DECAY, FRESNEL_GRAZING, FRESNEL_THRESHOLD, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE, Material, SMOOTH_ROUGHNESS2};
+import package::generated::{
+    Material, FRESNEL_DECAY, FRESNEL_GRAZING, FRESNEL_THRESHOLD, MATERIAL_GLASS, MATERIAL_MIRROR,
+    MATERIAL_SURFACE, SMOOTH_ROUGHNESS2, TAU,
+};
 import package::shared::frame::{tangent_frame};
 
 @group(0) @binding(2) var<storage, read> materials: array<Material>;
@@ -29,7 +32,7 @@ fn largest(v: vec3<f32>) -> f32 {
 // Cosine-distributed direction around the unit vector n.
 fn cosine_direction(n: vec3<f32>, random: vec2<f32>) -> vec3<f32> {
     let radius = sqrt(random.x);
-    let phi = 6.283185307179586 * random.y;
+    let phi = TAU * random.y;
     let local = vec3<f32>(radius * cos(phi), radius * sin(phi), sqrt(max(1.0 - random.x, 0.0)));
     return normalize(tangent_frame(n) * local);
 }
@@ -143,7 +146,7 @@ fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bo
         if !smooth_surface {
             // Half vector by Ward's Gaussian of slopes.
             let tan2 = -material.roughness * material.roughness * log(max(1.0 - slope.x, 1e-12));
-            let phi = 6.283185307179586 * slope.y;
+            let phi = TAU * slope.y;
             let tan_h = sqrt(tan2);
             let half_vector = normalize(tangent_frame(facing) * vec3<f32>(tan_h * cos(phi), tan_h * sin(phi), 1.0));
             direction = incoming - 2.0 * dot(incoming, half_vector) * half_vector;
@@ -160,7 +163,7 @@ fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bo
     if !smooth_surface {
         // Gaussian spread around the through direction (Radiance trans).
         let spread = material.roughness * sqrt(-log(max(1.0 - slope.x, 1e-12)));
-        let phi = 6.283185307179586 * slope.y;
+        let phi = TAU * slope.y;
         let frame = tangent_frame(incoming);
         direction = normalize(incoming + frame[0] * (spread * cos(phi)) + frame[1] * (spread * sin(phi)));
         if dot(direction, facing) >= 0.0 {

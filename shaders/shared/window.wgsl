@@ -1,6 +1,6 @@
 // Windows: their directional bins, points on them, and rays towards them.
 
-import package::generated::{FAR_AWAY, Ring, TAU, Window};
+import package::generated::{Ring, Window, FAR_AWAY, TAU};
 import package::shared::bins::{azimuth_bin};
 import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 

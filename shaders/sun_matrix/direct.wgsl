@@ -1,7 +1,7 @@
 // Direct light of suns, second step: what the listed pairs of a receiver and a sun, or its image in flat
 // mirrors, have of each other.
 
-import package::generated::{FAR_AWAY, Pair, PaneSun};
+import package::generated::{Pair, PaneSun, FAR_AWAY};
 import package::sun_matrix::pairs::{params, receivers, suns, receiver_of, image, is_open, pair_direction};
 import package::shared::material::{largest};
 import package::sun_matrix::mirrored::{MIRRORED, image_of, arriving};

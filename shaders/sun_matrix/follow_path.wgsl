@@ -1,6 +1,6 @@
 // Paths to the surfaces that scatter sunlight. Every vertex is kept; suns are connected to it later.
 
-import package::generated::{FAR_AWAY, MATERIAL_GLASS, MATERIAL_SURFACE, Material, SunVertex};
+import package::generated::{Material, SunVertex, FAR_AWAY, MATERIAL_GLASS, MATERIAL_SURFACE};
 import package::shared::random::{sample_pair};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, Scatter, scatter, smooth_specular, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};

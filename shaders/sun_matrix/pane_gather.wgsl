@@ -8,7 +8,9 @@
 // One invocation takes four suns, which share these points, and the cells `first_cell` … `end_cell` of a
 // batch: some drivers end loops early. Sums add up over dispatches.
 
-import package::generated::{GATHERED_SUNS, Pane, PaneCell, PaneEnd, PaneParams, PaneSun, Receiver, TRANSMISSION_FRONT};
+import package::generated::{
+    Pane, PaneCell, PaneEnd, PaneParams, PaneSun, Receiver, GATHERED_SUNS, TRANSMISSION_FRONT,
+};
 import package::shared::counters::{count_finished};
 import package::shared::random::{hash_u32, hash_combine, unit_f32};
 import package::sun_matrix::pane::{pane_local};

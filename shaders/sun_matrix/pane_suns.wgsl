@@ -1,6 +1,8 @@
 // What every sun brings to points of the panes: to a point of each cell, or by way of a point towards an eye.
 
-import package::generated::{NO_SCATTERING, Pane, PaneEnd, PaneParams, PanePoint, PaneSun, SunRecord, TRANSMISSION_FRONT};
+import package::generated::{
+    Pane, PaneEnd, PaneParams, PanePoint, PaneSun, SunRecord, NO_SCATTERING, TRANSMISSION_FRONT,
+};
 import package::shared::random::{sample_pair, hash_combine};
 import package::sun_matrix::sun::{sun_direction, sun_transmittance};
 import package::shared::window::{windows, rings, window_triangles};

@@ -4,7 +4,7 @@
 // One path per invocation. `throughput` is what the receiver gets (as irradiance) of radiance that
 // leaves the vertex towards it.
 
-import package::generated::{PI, Receiver, SunPathParams};
+import package::generated::{Receiver, SunPathParams, PI};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{cosine_direction, largest};
 import package::shared::window::{windows, sample_windows};

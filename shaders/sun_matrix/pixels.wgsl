@@ -2,7 +2,9 @@
 // scattering data that it shows. Surfaces of the room, and the slats of shades; what stands outside
 // belongs to other phases.
 
-import package::generated::{FAR_AWAY, FRAC_1_PI, MATERIAL_ABSORBER, PanePoint, PixelRay, Receiver, SunPixelParams};
+import package::generated::{
+    PanePoint, PixelRay, Receiver, SunPixelParams, FAR_AWAY, FRAC_1_PI, MATERIAL_ABSORBER,
+};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE};

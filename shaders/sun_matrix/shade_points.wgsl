@@ -2,7 +2,7 @@
 // surfaces that it is lit by in turn. One path per invocation. The first vertex of a point's first path is
 // the point itself, the others carry what it sends to its front of radiance that leaves them towards it.
 
-import package::generated::{PROBABILITY_STEPS, ShadeCell, ShadePointParams, SunVertex};
+import package::generated::{ShadeCell, ShadePointParams, SunVertex, PROBABILITY_STEPS};
 import package::shared::random::{sample_four, sample_pair, hash_combine};
 import package::shared::bvh::{margin_at, extent};
 import package::shared::material::{materials, cosine_direction, largest};

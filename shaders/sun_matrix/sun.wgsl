@@ -1,6 +1,9 @@
 // Suns: discs at infinity, and what of their light a surface sends on.
 
-import package::generated::{FAR_AWAY, FRAC_1_PI, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE, Material, PI, SMOOTH_ROUGHNESS2, SunRecord, SunVertex, TAU};
+import package::generated::{
+    Material, SunRecord, SunVertex, FAR_AWAY, FRAC_1_PI, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE,
+    PI, SMOOTH_ROUGHNESS2, TAU,
+};
 import package::shared::frame::{tangent_frame};
 import package::shared::bvh::{bvh_triangles, light_passing, traverse, triangle_material, NO_TRIANGLE, ANY, ANY_BUT_CLEAR};
 import package::shared::window::{enters_window};

@@ -8,7 +8,7 @@
 // Connections shorter than `near_radius` are weighted down to 1/near_radius²; `light_paths/near` adds what
 // they lack (Kollig and Keller 2004), so the sum is unbiased and bounded.
 
-import package::generated::{FRAC_1_PI, GatherParams, MOST_VISIBILITY_RAYS, Receiver, VirtualLight};
+import package::generated::{GatherParams, Receiver, VirtualLight, FRAC_1_PI, MOST_VISIBILITY_RAYS};
 import package::shared::connection::{connection};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{direct_transmittance};

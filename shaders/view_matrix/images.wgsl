@@ -4,7 +4,7 @@
 // windows are sampled from that image, as `view_matrix/direct` does from the sensor, and each ray is followed
 // from the sensor by the mirror to the window, through panes. `light_paths/near` leaves these paths out.
 
-import package::generated::{FAR_AWAY, ImageParams, ImageView, MATERIAL_GLASS};
+import package::generated::{ImageParams, ImageView, FAR_AWAY, MATERIAL_GLASS};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
 import package::shared::material::{materials, smooth_specular, largest};

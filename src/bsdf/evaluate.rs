@@ -25,9 +25,9 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Least value that is split off as a Lambertian part, 1/sr.
-pub const LEAST_LAMBERTIAN: f64 = 0.01 / PI;
+pub(crate) const LEAST_LAMBERTIAN: f64 = 0.01 / PI;
 /// A tree's least value from which it is not split off, 1/sr.
-pub const LARGEST_LAMBERTIAN: f64 = 1.5 / PI;
+pub(crate) const LARGEST_LAMBERTIAN: f64 = 1.5 / PI;
 
 /// Share of light that leaves a pane above which energy is made up; Radiance warns at the same.
 pub(super) const MOST_SHARE: f64 = 1.01;
@@ -134,7 +134,7 @@ impl Scattering {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn of_blocks(blocks: &Blocks) -> Result<Self> {
+    pub(crate) fn of_blocks(blocks: &Blocks) -> Result<Self> {
         if blocks.is_empty() {
             return Err(Error::new("the BSDF has no data of wavelength Visible")
                 .field("WavelengthData")
@@ -179,7 +179,7 @@ impl Scattering {
     }
 
     /// The component of transmitted or reflected light that travels along `incident` before.
-    pub fn component_of(incident: DVec3, transmitted: bool) -> Component {
+    pub(crate) fn component_of(incident: DVec3, transmitted: bool) -> Component {
         let z = if transmitted == (incident.z >= 0.0) { 1.0 } else { -1.0 };
         Self::component(DVec3::Z * z, incident)
     }
@@ -252,7 +252,7 @@ impl Lobe {
 
     /// Projected solid angle of the bin or cell around two directions, the smaller one of the
     /// incident and the outgoing side, sr (`SDsizeBSDF` with `SDqueryMin`).
-    pub fn cell_size(&self, outgoing: DVec3, incident: DVec3) -> f64 {
+    pub(crate) fn cell_size(&self, outgoing: DVec3, incident: DVec3) -> f64 {
         let of_tree = |tree: &TensorTree, o: DVec3, i: DVec3| PI * tree.cell(tree.point(o, i)).side.powi(2);
         match &self.residue {
             Residue::Block(Block::Klems(m)) => {

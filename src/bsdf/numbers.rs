@@ -10,7 +10,7 @@ pub(super) const WORD_LIMIT: usize = 64;
 /// Files written under a locale with decimal commas (`0,25 1,5e-3`) are recognised: as long as no
 /// decimal point has been seen, every inner comma is read both ways, and the number of values
 /// decides in [`finish`](Self::finish).
-pub struct NumberList {
+pub(super) struct NumberList {
     word: String,
     /// Commas separate.
     points: Vec<f64>,
@@ -21,12 +21,12 @@ pub struct NumberList {
 
 impl NumberList {
     /// An empty list that refuses to hold more than `limit` values.
-    pub fn new(limit: usize) -> Self {
+    pub(super) fn new(limit: usize) -> Self {
         Self { word: String::new(), points: Vec::new(), commas: Some(Vec::new()), limit }
     }
 
     /// Takes the next piece of text, which starts on line `line`.
-    pub fn feed(&mut self, text: &[u8], mut line: usize) -> Result<()> {
+    pub(super) fn feed(&mut self, text: &[u8], mut line: usize) -> Result<()> {
         for &byte in text {
             if byte.is_ascii_whitespace() || byte == b';' {
                 self.end_word().map_err(|e| e.line(line))?;
@@ -80,7 +80,7 @@ impl NumberList {
 
     /// The values if there are as many as `fits` accepts, and whether decimal commas were assumed;
     /// else how many were found.
-    pub fn finish(mut self, fits: impl Fn(usize) -> bool) -> Result<std::result::Result<(Vec<f64>, bool), usize>> {
+    pub(super) fn finish(mut self, fits: impl Fn(usize) -> bool) -> Result<std::result::Result<(Vec<f64>, bool), usize>> {
         self.end_word()?;
         if fits(self.points.len()) {
             return Ok(Ok((self.points, false)));

@@ -20,22 +20,22 @@ use std::collections::HashSet;
 use std::f64::consts::PI;
 
 /// Cells larger than this multiple of the smallest cannot be part of a peak.
-pub const LARGEST_PEAK_CELL: f64 = 1.5;
+pub(crate) const LARGEST_PEAK_CELL: f64 = 1.5;
 /// A cell joins while the mean of the peak so far is at most this multiple of its value.
-pub const LARGEST_CONTRAST: f64 = 8.0;
+pub(crate) const LARGEST_CONTRAST: f64 = 8.0;
 /// Solid angle of the surround, at least, as a share of the peak's.
-pub const LEAST_SURROUND: f64 = 0.2;
+pub(crate) const LEAST_SURROUND: f64 = 0.2;
 /// Least transmittance of a peak.
-pub const LEAST_TRANSMITTANCE: f64 = 5e-4;
+pub(crate) const LEAST_TRANSMITTANCE: f64 = 5e-4;
 /// The published rule: a peak where the value ahead exceeds that of the neighbourhood by this.
-pub const PUBLISHED_CONTRAST: f64 = 1.5;
+pub(crate) const PUBLISHED_CONTRAST: f64 = 1.5;
 /// Distances of the directions examined from the straight one, in units of the root of the smallest
 /// projected solid angle, along both axes: on the axes at all of them, on the diagonals at all but
 /// the last.
-pub const DISTANCES: [f64; 4] = [0.6, 1.2, 1.8, 2.4];
+pub(crate) const DISTANCES: [f64; 4] = [0.6, 1.2, 1.8, 2.4];
 /// A source whose direction, projected, lies within √((this) / π) · (√source + √cell) of the straight
 /// one meets the surround instead of the peak, so that its light is not counted twice.
-pub const GUARD: f64 = 10.0;
+pub(crate) const GUARD: f64 = 10.0;
 
 /// What passes straight through.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +100,7 @@ impl Scattering {
     }
 
     /// Whether any of many incident directions, in both senses, has a through-peak.
-    pub fn has_peak(&self) -> bool {
+    pub(crate) fn has_peak(&self) -> bool {
         const STEPS: usize = 24;
         let at = |k: usize| (k as f64 + 0.5) / STEPS as f64;
         (0..STEPS * STEPS).any(|k| {
@@ -120,7 +120,7 @@ impl Peak {
     }
 
     /// Squared radius of the guarded disc in the plane of x and y.
-    pub fn guard_radius_squared(&self, source: f64) -> f64 {
+    pub(crate) fn guard_radius_squared(&self, source: f64) -> f64 {
         GUARD / PI * (source.sqrt() + self.cell.sqrt()).powi(2)
     }
 }

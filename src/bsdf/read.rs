@@ -70,7 +70,7 @@ pub fn read_from(mut stream: impl Read, warnings: &mut Warnings) -> Result<Bsdf>
 
 fn damaged(error: &quick_xml::Error) -> Error {
     match error {
-        quick_xml::Error::Io(e) => Error::new(e.to_string()),
+        quick_xml::Error::Io(e) => Error::stream(e),
         e => Error::new(format!("damaged XML: {e}")).help("the file is cut off or was changed by hand; get it again from its source"),
     }
 }
@@ -81,7 +81,7 @@ fn skip_junk(stream: &mut impl Read) -> Result<(usize, Vec<u8>)> {
     let mut head = Vec::new();
     loop {
         let before = head.len();
-        stream.take(1 << 16).read_to_end(&mut head).map_err(|e| Error::new(e.to_string()))?;
+        stream.take(1 << 16).read_to_end(&mut head).map_err(|e| Error::stream(&e))?;
         if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
             return Err(Error::new("this file is in UTF-16, only UTF-8 is read").help("save it in UTF-8"));
         }
@@ -141,7 +141,7 @@ fn take_text<R: Read>(xml: &mut quick_xml::Reader<Source<R>>, document: &mut Doc
         let line = xml.get_ref().line;
         xml.get_mut().taken = 0;
         let mut stream = xml.stream();
-        let buffer = stream.fill_buf().map_err(|e| Error::new(e.to_string()))?;
+        let buffer = stream.fill_buf().map_err(|e| Error::stream(&e))?;
         if buffer.is_empty() {
             return Ok(());
         }

@@ -14,18 +14,18 @@ use std::path::Path;
 use tables::{D65, PHOTOPIC, SOLAR, VISIBLE_START, VISIBLE_STEP};
 
 /// Limits of the visible range, µm.
-pub const VISIBLE_RANGE: [f64; 2] = [0.38, 0.78];
+pub(crate) const VISIBLE_RANGE: [f64; 2] = [0.38, 0.78];
 /// Share of solar energy that WINDOW takes to be visible when it splits two-band data.
-pub const VISIBLE_SHARE: f64 = 0.49;
+pub(crate) const VISIBLE_SHARE: f64 = 0.49;
 
 /// Value outside the visible range of a quantity with these visible and solar means.
-pub fn beyond_visible(visible: f64, solar: f64) -> f64 {
+pub(crate) fn beyond_visible(visible: f64, solar: f64) -> f64 {
     ((solar - VISIBLE_SHARE * visible) / (1.0 - VISIBLE_SHARE)).max(0.0)
 }
 
 /// Share of each of the ascending `wavelengths` (µm) in the visible and the solar mean of a quantity
 /// that is known there, is linear between them and constant beyond them. Both sum to 1.
-pub fn weights(wavelengths: &[f64]) -> [Vec<f64>; 2] {
+pub(crate) fn weights(wavelengths: &[f64]) -> [Vec<f64>; 2] {
     let visible: Vec<[f64; 2]> =
         D65.iter().zip(&PHOTOPIC).enumerate().map(|(k, (s, v))| [VISIBLE_START + k as f64 * VISIBLE_STEP, s * v]).collect();
     [visible.as_slice(), SOLAR.as_slice()].map(|spectrum| {
@@ -121,7 +121,7 @@ impl Spectrum {
 
 /// A spectrum with what its file says about the pane.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MeasuredPane {
+pub(crate) struct MeasuredPane {
     /// Name of the product.
     pub name: String,
     /// Thickness, m.
@@ -140,7 +140,7 @@ const SIZE_LIMIT: u64 = 16 << 20;
 ///
 /// # Errors
 /// File and line of what is wrong.
-pub fn read_pane(path: &Path) -> Result<MeasuredPane> {
+pub(crate) fn read_pane(path: &Path) -> Result<MeasuredPane> {
     let size = std::fs::metadata(path).map_err(|e| Error::io(path, &e))?.len();
     if size > SIZE_LIMIT {
         return Err(Error::new(format!("{} MiB are too much for the spectrum of a pane", size >> 20)).file(path));
@@ -159,7 +159,7 @@ pub fn read_pane(path: &Path) -> Result<MeasuredPane> {
 ///
 /// # Errors
 /// The line of what is wrong.
-pub fn from_text(text: &str) -> Result<MeasuredPane> {
+pub(crate) fn from_text(text: &str) -> Result<MeasuredPane> {
     let mut pane = (String::new(), 0.0, false);
     let mut nanometres = false;
     let mut rows = Vec::new();
@@ -203,7 +203,7 @@ pub fn from_text(text: &str) -> Result<MeasuredPane> {
 ///
 /// # Errors
 /// What is missing.
-pub fn from_json(text: &str) -> Result<MeasuredPane> {
+pub(crate) fn from_json(text: &str) -> Result<MeasuredPane> {
     let root: Value = serde_json::from_str(text).map_err(|e| Error::new(format!("damaged JSON: {e}")).line(e.line()))?;
     let text_of = |key: &str| root[key].as_str().unwrap_or_default().to_string();
     let measured = ["measured_data", "physical_properties"].into_iter().map(|k| &root[k]).find(|v| v.is_object()).unwrap_or(&Value::Null);

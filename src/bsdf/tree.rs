@@ -26,7 +26,7 @@ enum Node {
 }
 
 /// Second word of a packed branch, see [`TensorTree::packed`].
-pub const PACKED_BRANCH: u32 = u32::MAX;
+pub(crate) const PACKED_BRANCH: u32 = u32::MAX;
 
 /// A scattering function in 1/sr on an adaptive grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,7 +80,7 @@ impl TensorTree {
     }
 
     /// The value at a point of the unit cube, `point[..rank]`.
-    pub fn lookup(&self, point: [f64; 4]) -> f64 {
+    pub(crate) fn lookup(&self, point: [f64; 4]) -> f64 {
         self.cell(point).value
     }
 
@@ -121,7 +121,7 @@ impl TensorTree {
 
     /// Calls `f` with every cell that holds this incident position (`point[..rank - 2]`): what
     /// light from there meets, over all outgoing directions.
-    pub fn for_each_outgoing_cell(&self, point: [f64; 4], mut f: impl FnMut(Cell)) {
+    pub(crate) fn for_each_outgoing_cell(&self, point: [f64; 4], mut f: impl FnMut(Cell)) {
         let fixed = self.rank - 2;
         self.visit(self.nodes[0], [0.0; 4], 1.0, &|corner, side| (0..fixed).all(|i| holds(corner[i], side, point[i])), &mut f);
     }
@@ -133,7 +133,7 @@ impl TensorTree {
 
     /// Nodes and values for a device: a node is (first child, [`PACKED_BRANCH`]) or (first value,
     /// log2 of the cells per side of its grid); children and grids are ordered as in the text.
-    pub fn packed(&self) -> (Vec<[u32; 2]>, &[f32]) {
+    pub(crate) fn packed(&self) -> (Vec<[u32; 2]>, &[f32]) {
         let packed = |node: &Node| match *node {
             Node::Branch(first) => [first, PACKED_BRANCH],
             Node::Leaf { log2, first } => [first, u32::from(log2)],
@@ -221,7 +221,7 @@ impl TensorTree {
     }
 
     /// Calls `f` with every cell.
-    pub fn for_each_cell(&self, mut f: impl FnMut(Cell)) {
+    pub(crate) fn for_each_cell(&self, mut f: impl FnMut(Cell)) {
         self.visit(self.nodes[0], [0.0; 4], 1.0, &|_, _| true, &mut f);
     }
 

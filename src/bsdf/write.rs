@@ -27,7 +27,7 @@ pub fn write(path: Option<&Path>, bsdf: &Bsdf, made_by: &str) -> Result<()> {
         _ => {
             let mut out = BufWriter::with_capacity(1 << 20, std::io::stdout().lock());
             write_to(&mut out, bsdf, made_by)
-                .and_then(|()| out.flush().map_err(|e| Error::new(e.to_string())))
+                .and_then(|()| out.flush().map_err(|e| Error::stream(&e)))
                 .map_err(|e| e.file("standard output"))
         }
     }
@@ -39,7 +39,7 @@ pub fn write(path: Option<&Path>, bsdf: &Bsdf, made_by: &str) -> Result<()> {
 /// As [`write()`], without the file's name.
 pub fn write_to(out: &mut dyn Write, bsdf: &Bsdf, made_by: &str) -> Result<()> {
     let structure = structure(bsdf)?;
-    write_all(out, bsdf, structure, made_by).map_err(|e| Error::new(e.to_string()))
+    write_all(out, bsdf, structure, made_by).map_err(|e| Error::stream(&e))
 }
 
 /// The `IncidentDataStructure` that all blocks share.

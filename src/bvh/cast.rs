@@ -8,7 +8,7 @@ use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
 
 /// Triangles that rays can meet. The search is in f32 near the triangles' middle, distances are in f64.
-pub struct Caster {
+pub(crate) struct Caster {
     bvh: CwBvh,
     triangles: Vec<[DVec3; 3]>,
     middle: DVec3,
@@ -16,7 +16,7 @@ pub struct Caster {
 
 impl Caster {
     /// Nothing without triangles.
-    pub fn new(triangles: Vec<[DVec3; 3]>) -> Option<Self> {
+    pub(crate) fn new(triangles: Vec<[DVec3; 3]>) -> Option<Self> {
         if triangles.is_empty() {
             return None;
         }
@@ -30,7 +30,7 @@ impl Caster {
     }
 
     /// Distance to the nearest triangle farther than `least`, and its number.
-    pub fn nearest(&self, origin: DVec3, direction: DVec3, least: f64) -> Option<(f64, usize)> {
+    pub(crate) fn nearest(&self, origin: DVec3, direction: DVec3, least: f64) -> Option<(f64, usize)> {
         let at = |v: DVec3| Vec3A::from(v.as_vec3());
         let ray = Ray::new(at(origin - self.middle), at(direction), 0.0, f32::MAX);
         let mut found: Option<(f64, usize)> = None;

@@ -2,7 +2,7 @@
 
 mod cast;
 
-pub use cast::Caster;
+pub(crate) use cast::Caster;
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -10,7 +10,7 @@ use obvhs::{Boundable, BvhBuildParams};
 
 /// Nodes and triangle order as `shaders/shared/bvh.wgsl` reads them.
 #[derive(Debug, Clone)]
-pub struct Bvh {
+pub(crate) struct Bvh {
     /// 80-byte nodes (`obvhs::cwbvh::CwBvhNode`), five `vec4<u32>` each.
     pub nodes: Vec<[u32; 20]>,
     /// For each place in the leaves, the index of the triangle among those given.
@@ -38,7 +38,7 @@ impl Bvh {
     ///
     /// # Panics
     /// If there are no triangles: callers add one where a scene has none.
-    pub fn build(triangles: &[[Vec3; 3]]) -> Self {
+    pub(crate) fn build(triangles: &[[Vec3; 3]]) -> Self {
         assert!(!triangles.is_empty(), "a BVH needs a triangle");
         let padded: Vec<PaddedTriangle> = triangles.iter().map(|&t| PaddedTriangle(t)).collect();
         let params = if triangles.len() > 500_000 { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };

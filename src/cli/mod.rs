@@ -77,7 +77,7 @@ pub fn main() -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             eprintln!("lucarne: error: {error}");
-            progress::failure()
+            progress::failure(&error)
         }
     }
 }

@@ -1,7 +1,6 @@
 //! `lucarne plan`: what a run will do.
 
-use lucarne::simulate::plan::plan;
-use lucarne::simulate::{Inputs, Project};
+use lucarne::simulate::{Plan, Project};
 use lucarne::{Error, Result, Warnings};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,9 +17,7 @@ pub struct Args {
 }
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
-    let project = Project::read(&args.project)?;
-    let inputs = Inputs::read(&project, warnings)?;
-    let plan = plan(&project, &inputs)?;
+    let plan = Plan::new(Project::read(&args.project)?, warnings)?.outline()?;
     if args.json {
         println!("{}", serde_json::to_string_pretty(&plan).map_err(|e| Error::new(e.to_string()))?);
     } else {

@@ -1,6 +1,7 @@
 //! Progress on standard error, and Ctrl-C.
 
 use lucarne::progress::Progress;
+use lucarne::{Error, ErrorKind};
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -28,8 +29,11 @@ struct State {
 const STOPPED: u8 = 130;
 
 /// The exit code of a verb that failed: special where Ctrl-C was the reason.
-pub fn failure() -> ExitCode {
-    if STOP.load(Ordering::SeqCst) { ExitCode::from(STOPPED) } else { ExitCode::FAILURE }
+pub fn failure(error: &Error) -> ExitCode {
+    match error.kind() {
+        ErrorKind::Stopped => ExitCode::from(STOPPED),
+        _ => ExitCode::FAILURE,
+    }
 }
 
 impl Terminal {

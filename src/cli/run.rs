@@ -3,7 +3,7 @@
 use super::progress::Terminal;
 use lucarne::gpu::Device;
 use lucarne::simulate::rooms::{Room, run_rooms};
-use lucarne::simulate::{Inputs, Project, Summary, run as simulate, without_pruning};
+use lucarne::simulate::{Plan, Project, Summary, without_pruning};
 use lucarne::{Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -34,13 +34,12 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     // All files first: a slip in one of them should not wait for a device, nor a doubt for the results.
     let (device, terminal) = (|| Device::open(args.device.as_deref()), Terminal::new());
     if let [file] = &args.projects[..] {
-        let mut project = Project::read(file)?;
-        let mut inputs = Inputs::read(&project, warnings)?;
+        let mut plan = Plan::new(Project::read(file)?, warnings)?;
         if args.no_prune {
-            without_pruning(&mut project, &mut inputs);
+            plan = plan.without_pruning();
         }
         super::show(warnings);
-        let summary = simulate(&device()?, &project, &inputs, &args.output, &terminal, warnings)?;
+        let summary = plan.write(&device()?, &args.output, &terminal, warnings)?;
         terminal.finish();
         report(&args.output, &summary);
         return Ok(ExitCode::SUCCESS);

@@ -69,7 +69,7 @@ impl Disc {
 }
 
 /// DGP's contrast sum of the discs that are sources, Σ L^a1 ω^a2 / P^a4, and their number.
-pub fn contrast(discs: &[Disc], frame: &ViewFrame, threshold: f64, settings: &Settings) -> (f64, usize) {
+pub(crate) fn contrast(discs: &[Disc], frame: &ViewFrame, threshold: f64, settings: &Settings) -> (f64, usize) {
     let seen = discs.iter().filter(|d| d.is_source(frame, threshold, settings));
     let of = |d: &Disc| settings.dgp.contrast_of((d.luminance, d.solid_angle, settings.position_index.of(frame, d.direction)));
     seen.fold((0.0, 0), |(sum, count), d| (sum + of(d), count + 1))

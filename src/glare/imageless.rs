@@ -9,7 +9,7 @@ use super::{DgpModel, Settings};
 
 /// A patch of the sky as seen from the eye.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
+pub(crate) struct Patch {
     /// Unit vectors from the eye to the middles of equally large parts of it; one if it is small.
     pub parts: Vec<[f64; 3]>,
     /// Solid angle, sr.
@@ -18,7 +18,7 @@ pub struct Patch {
 
 /// Patches as glare sources of one view; position indices are computed once.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PatchSources {
+pub(crate) struct PatchSources {
     /// Solid angle and position index of what is before the eye of each patch; `None` if nothing is, or it
     /// is outside the field of view.
     patches: Vec<Option<[f64; 2]>>,
@@ -27,7 +27,7 @@ pub struct PatchSources {
 impl PatchSources {
     /// Patches seen in a view. A patch that the eye's plane cuts is a source as far as it is before the eye,
     /// in the middle of this part.
-    pub fn new(frame: &ViewFrame, patches: &[Patch], settings: &Settings) -> Self {
+    pub(crate) fn new(frame: &ViewFrame, patches: &[Patch], settings: &Settings) -> Self {
         let seen = |p: &Patch| {
             let before: Vec<_> = p.parts.iter().filter(|d| dot(**d, frame.forward) > 0.0).collect();
             let middle = normalise(before.iter().fold([0.0; 3], |sum, d| [sum[0] + d[0], sum[1] + d[1], sum[2] + d[2]]))?;
@@ -43,7 +43,7 @@ impl PatchSources {
     ///
     /// # Panics
     /// If the number of luminances is not that of the patches.
-    pub fn contrast_sum(&self, luminance: &[f64], threshold: f64, model: &DgpModel) -> f64 {
+    pub(crate) fn contrast_sum(&self, luminance: &[f64], threshold: f64, model: &DgpModel) -> f64 {
         model.contrast_sum(self.sources(luminance, threshold))
     }
 
@@ -51,7 +51,7 @@ impl PatchSources {
     ///
     /// # Panics
     /// If the number of luminances is not that of the patches.
-    pub fn count(&self, luminance: &[f64], threshold: f64) -> usize {
+    pub(crate) fn count(&self, luminance: &[f64], threshold: f64) -> usize {
         self.sources(luminance, threshold).count()
     }
 

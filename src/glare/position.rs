@@ -23,7 +23,7 @@ const GREATEST: f64 = 16.0;
 /// Angles of a direction in a view, degrees: `sigma` from the view direction, `tau` from upwards
 /// (0 above, 90 beside, 180 below), around the view direction. If the up vector is not across the
 /// view direction (see [`ViewFrame::squared`]), `tau` is the angle to that tilted vector.
-pub fn angles(frame: &ViewFrame, direction: [f64; 3]) -> (f64, f64) {
+pub(crate) fn angles(frame: &ViewFrame, direction: [f64; 3]) -> (f64, f64) {
     let ahead = dot(direction, frame.forward);
     let (up, right) = (dot(direction, frame.up), dot(direction, frame.right));
     let across = up.hypot(right);

@@ -272,7 +272,7 @@ impl Groups {
 
 /// Sources from the glare pixels (ascending) of a luminance image and their luminances, cd/m²;
 /// peaks taken out as the settings say.
-pub fn find(
+pub(crate) fn find(
     pixels: &[u32],
     luminance: &[f32],
     geometry: &PixelGeometry,

@@ -18,7 +18,7 @@ const STEPS: usize = 64;
 ///
 /// # Errors
 /// If the width is not a number between 0 and 45 degrees.
-pub fn spread_disc(disc: &Disc, fwhm_deg: f64, peak_limit: f64, threshold: f64) -> Result<Vec<Disc>> {
+pub(crate) fn spread_disc(disc: &Disc, fwhm_deg: f64, peak_limit: f64, threshold: f64) -> Result<Vec<Disc>> {
     check_width(fwhm_deg)?;
     if disc.flux() <= 0.0 {
         return Ok(Vec::new());

@@ -107,7 +107,7 @@ impl Device {
         let size = bytes.next_multiple_of(4).max(EMPTY_BYTES);
         let limit = self.limits().max_buffer_size;
         if size > limit {
-            return Err(Error::new(format!("the buffer '{label}' needs {bytes} bytes; '{}' allows {limit}", self.summary().name))
+            return Err(Error::device(format!("the buffer '{label}' needs {bytes} bytes; '{}' allows {limit}", self.summary().name))
                 .help("give a smaller --memory, so that the work is cut into smaller tiles"));
         }
         let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
@@ -204,7 +204,7 @@ impl Device {
         }
         let what = format!("readback of '{}'", buffer.label);
         let staging = self.create(&what, buffer.bytes.min(PIECE), wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST)?;
-        let failed = |e: &dyn std::fmt::Display| Error::new(format!("{what}: {e}"));
+        let failed = |e: &dyn std::fmt::Display| Error::device(format!("{what}: {e}"));
         for (i, piece) in bytes.chunks_mut(PIECE as usize).enumerate() {
             let size = (piece.len() as u64).next_multiple_of(4);
             self.guarded(&what, || {

@@ -115,7 +115,7 @@ pub fn list() -> Vec<AdapterSummary> {
 /// Finds the device a user means: an index of [`list`], or part of a name, kind or backend.
 fn choose(all: &[AdapterSummary], choice: Option<&str>) -> Result<usize> {
     if all.is_empty() {
-        return Err(Error::new("this machine offers no Vulkan, Metal or DirectX 12 device").help(NO_DEVICE_HELP));
+        return Err(Error::device("this machine offers no Vulkan, Metal or DirectX 12 device").help(NO_DEVICE_HELP));
     }
     let Some(choice) = choice.map(str::trim).filter(|c| !c.is_empty()) else {
         return Ok(0);
@@ -186,7 +186,7 @@ impl Device {
             trace: wgpu::Trace::Off,
         };
         let (raw, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|e| Error::new(format!("the device '{}' cannot be opened: {e}", summary.name)).help(NO_DEVICE_HELP))?;
+            .map_err(|e| Error::device(format!("the device '{}' cannot be opened: {e}", summary.name)).help(NO_DEVICE_HELP))?;
         let stray_errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&stray_errors);
         raw.on_uncaptured_error(Arc::new(move |e: wgpu::Error| sink.lock().unwrap_or_else(PoisonError::into_inner).push(e.to_string())));
@@ -247,10 +247,10 @@ impl Device {
         match caught.into_iter().flatten().next() {
             None => Ok(created),
             Some(wgpu::Error::OutOfMemory { .. }) => {
-                Err(Error::new(format!("{what}: the device '{}' has not enough memory", self.0.summary.name))
+                Err(Error::device(format!("{what}: the device '{}' has not enough memory", self.0.summary.name))
                     .help("give a smaller --memory, close other programs, or choose another device with --device"))
             }
-            Some(error) => Err(Error::new(format!("{what}: {}", flatten(&error)))),
+            Some(error) => Err(Error::device(format!("{what}: {}", flatten(&error)))),
         }
     }
 
@@ -262,7 +262,7 @@ impl Device {
         self.0
             .raw
             .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|e| Error::new(format!("waiting for the device '{}': {e}", self.0.summary.name)))?;
+            .map_err(|e| Error::device(format!("waiting for the device '{}': {e}", self.0.summary.name)))?;
         self.stray_errors()
     }
 
@@ -273,7 +273,7 @@ impl Device {
         }
         let text = strays.join("; ");
         strays.clear();
-        Err(Error::new(format!("the device '{}' reports: {text}", self.0.summary.name)))
+        Err(Error::device(format!("the device '{}' reports: {text}", self.0.summary.name)))
     }
 }
 

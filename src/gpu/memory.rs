@@ -49,7 +49,7 @@ impl Plan {
     ) -> Result<Self> {
         let alignment = alignment.max(1);
         if let Some(fixed) = fixed_bytes.iter().find(|b| **b > binding_limit) {
-            return Err(Error::new(format!("{fixed} bytes do not fit the {binding_limit} bytes that the device binds at once")));
+            return Err(Error::device(format!("{fixed} bytes do not fit the {binding_limit} bytes that the device binds at once")));
         }
         let largest_row = bytes_per_row.iter().copied().max().unwrap_or(0).max(1);
         let all_rows: u64 = bytes_per_row.iter().sum::<u64>().max(1);

@@ -14,7 +14,7 @@ const SAMPLE_LINES: usize = 8;
 /// An sRGB picture, row 0 on top. Places are measured in pixels from the upper left corner, so that
 /// the centre of the first pixel is at 0.5, 0.5.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Canvas {
+pub(crate) struct Canvas {
     width: usize,
     height: usize,
     pixels: Vec<Color>,
@@ -25,7 +25,7 @@ impl Canvas {
     ///
     /// # Errors
     /// If it has no pixels or too many.
-    pub fn new(width: usize, height: usize) -> Result<Self> {
+    pub(crate) fn new(width: usize, height: usize) -> Result<Self> {
         if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > MAX_PIXELS) {
             return Err(Error::new(format!("cannot draw a picture of {width} × {height} pixels")));
         }
@@ -33,21 +33,23 @@ impl Canvas {
     }
 
     /// Pixels per row.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.width
     }
 
     /// Number of rows.
-    pub fn height(&self) -> usize {
+    pub(crate) fn height(&self) -> usize {
         self.height
     }
 
     /// All pixels, row by row.
+    #[cfg(test)]
     pub fn pixels(&self) -> &[Color] {
         &self.pixels
     }
 
     /// Sets a pixel; places outside are ignored.
+    #[cfg(test)]
     pub fn set(&mut self, x: usize, y: usize, color: Color) {
         if x < self.width && y < self.height {
             self.pixels[y * self.width + x] = color;
@@ -58,6 +60,7 @@ impl Canvas {
     ///
     /// # Panics
     /// Outside the canvas.
+    #[cfg(test)]
     pub fn get(&self, x: usize, y: usize) -> Color {
         assert!(x < self.width && y < self.height, "pixel {x}, {y}");
         self.pixels[y * self.width + x]
@@ -171,7 +174,7 @@ impl Canvas {
 
     /// Places a picture of `columns` pixels per row into a rectangle, each pixel enlarged or
     /// repeated (never blurred).
-    pub fn image(&mut self, rectangle: [f64; 4], columns: usize, pixels: &[Color]) {
+    pub(crate) fn image(&mut self, rectangle: [f64; 4], columns: usize, pixels: &[Color]) {
         let [x, y, width, height] = rectangle;
         let rows = pixels.len() / columns.max(1);
         if rows == 0 || width <= 0.0 || height <= 0.0 {
@@ -220,7 +223,7 @@ impl Canvas {
     ///
     /// # Errors
     /// If the encoder fails.
-    pub fn png(&self) -> Result<Vec<u8>> {
+    pub(crate) fn png(&self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let failed = |e: png::EncodingError| Error::new(format!("cannot encode PNG: {e}"));
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
@@ -237,7 +240,7 @@ impl Canvas {
     ///
     /// # Errors
     /// Failures of the file system.
-    pub fn write_png(&self, path: &Path) -> Result<()> {
+    pub(crate) fn write_png(&self, path: &Path) -> Result<()> {
         let bytes = self.png()?;
         files::write_atomically(path, |out| out.write_all(&bytes).map_err(|e| Error::io(path, &e)))
     }

@@ -111,7 +111,7 @@ impl Drawing {
     }
 
     /// Writes text that runs upwards, its middle at `place`: the name of an axis.
-    pub fn upward_label(&mut self, text: impl Into<String>, place: [f64; 2], size: f64, color: Color) {
+    pub(crate) fn upward_label(&mut self, text: impl Into<String>, place: [f64; 2], size: f64, color: Color) {
         self.text(Text { text: text.into(), place, size, color, anchor: Anchor::Middle, vertical: true, centered: true, halo: None });
     }
 
@@ -129,7 +129,7 @@ impl Drawing {
     ///
     /// # Errors
     /// If it would be too large.
-    pub fn canvas(&self, scale: f64) -> Result<Canvas> {
+    pub(crate) fn canvas(&self, scale: f64) -> Result<Canvas> {
         let mut canvas = Canvas::new((self.width * scale).round() as usize, (self.height * scale).round() as usize)?;
         let scaled = |points: &[[f64; 2]]| points.iter().map(|p| p.map(|v| v * scale)).collect::<Vec<_>>();
         for item in &self.items {
@@ -263,7 +263,7 @@ impl Text {
 }
 
 /// Points of an arc; degrees from the right, clockwise on the screen.
-pub fn arc([x, y]: [f64; 2], radius: f64, from: f64, to: f64) -> Vec<[f64; 2]> {
+pub(crate) fn arc([x, y]: [f64; 2], radius: f64, from: f64, to: f64) -> Vec<[f64; 2]> {
     let steps = ((to - from).abs() / 3.0).ceil().max(1.0) as usize;
     (0..=steps)
         .map(|i| {

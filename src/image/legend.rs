@@ -9,7 +9,7 @@ const TICK: f64 = 0.35;
 
 /// A vertical bar of colours with numbers on its right and a title above.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ColorBar {
+pub(crate) struct ColorBar {
     /// Colours.
     pub palette: Palette,
     /// Values.
@@ -26,20 +26,20 @@ pub struct ColorBar {
 
 impl ColorBar {
     /// Width and height needed for a bar of the given width and height.
-    pub fn size(&self, bar: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn size(&self, bar: [f64; 2]) -> [f64; 2] {
         let numbers = self.ticks.iter().map(|&t| font::width(&short_number(t), self.text_size)).fold(0.0, f64::max);
         let title = font::width(&self.title, self.text_size);
         [(bar[0] + 2.0 * TICK * self.text_size + numbers).max(title), bar[1] + self.above() + self.text_size / 2.0]
     }
 
     /// Height from the top to the bar.
-    pub fn above(&self) -> f64 {
+    pub(crate) fn above(&self) -> f64 {
         // Half a number may stand above the end of the bar.
         if self.title.is_empty() { self.text_size * 0.4 } else { self.text_size * 1.6 }
     }
 
     /// Draws it with its upper left corner at a place; `bar` is width and height of the colours.
-    pub fn draw(&self, drawing: &mut Drawing, [x, y]: [f64; 2], bar: [f64; 2]) {
+    pub(crate) fn draw(&self, drawing: &mut Drawing, [x, y]: [f64; 2], bar: [f64; 2]) {
         let [width, height] = bar;
         let top = y + self.above();
         if !self.title.is_empty() {
@@ -61,7 +61,7 @@ impl ColorBar {
 
 /// A column of coloured squares with names.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ClassList {
+pub(crate) struct ClassList {
     /// Names and colours, from the top.
     pub classes: Vec<(String, Color)>,
     /// Above the column; may be empty.
@@ -76,7 +76,7 @@ impl ClassList {
     }
 
     /// Width and height needed.
-    pub fn size(&self) -> [f64; 2] {
+    pub(crate) fn size(&self) -> [f64; 2] {
         let names = self.classes.iter().map(|(n, _)| font::width(n, self.text_size)).fold(0.0, f64::max);
         let width = (names + self.text_size * 1.6).max(font::width(&self.title, self.text_size));
         let lines = self.classes.len() + usize::from(!self.title.is_empty());
@@ -84,7 +84,7 @@ impl ClassList {
     }
 
     /// Draws it with its upper left corner at a place.
-    pub fn draw(&self, drawing: &mut Drawing, [x, mut y]: [f64; 2]) {
+    pub(crate) fn draw(&self, drawing: &mut Drawing, [x, mut y]: [f64; 2]) {
         let size = self.text_size;
         if !self.title.is_empty() {
             drawing.label(&*self.title, [x, y + self.line() / 2.0], size, INK, Anchor::Start);

@@ -1,16 +1,16 @@
 //! Pictures: RGBE, EXR, PNG and falsecolour.
 
-pub mod canvas;
+pub(crate) mod canvas;
 pub mod carpet;
-pub mod drawing;
+pub(crate) mod drawing;
 pub mod exr;
 pub mod falsecolor;
-pub mod font;
+pub(crate) mod font;
 pub mod hdr;
 pub mod hemisphere;
-pub mod legend;
+pub(crate) mod legend;
 pub mod palette;
-pub mod scatter;
+pub(crate) mod scatter;
 pub mod series;
 
 use crate::error::{Error, Result};

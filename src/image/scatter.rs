@@ -13,7 +13,7 @@ const MARGIN: [f64; 2] = [72.0, 52.0];
 
 /// A point with its series.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub(crate) struct Point {
     /// Abscissa and ordinate; both above 0.
     pub at: [f64; 2],
     /// Index of its series.
@@ -26,7 +26,7 @@ pub struct Point {
 
 /// One plot.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
+pub(crate) struct Panel {
     /// Above it.
     pub title: String,
     /// Quantity and unit of the abscissa and the ordinate.
@@ -41,7 +41,7 @@ pub struct Panel {
 
 /// Panels side by side with one legend.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scatter {
+pub(crate) struct Scatter {
     /// Panels from the left.
     pub panels: Vec<Panel>,
     /// Name and colour of each series; points of one that is not line-free are joined.

@@ -1,17 +1,17 @@
 //! One module per kernel: host half and f64 reference.
 
 pub mod bsdf_generation;
-pub mod bsdf_scattering;
+pub(crate) mod bsdf_scattering;
 pub mod daylight_matrix;
 pub mod glare;
 pub mod image_matrix;
-pub mod light_paths;
+pub(crate) mod light_paths;
 pub mod product;
 pub mod sun_matrix;
 pub mod trace;
 pub mod view_matrix;
 
-/// Every shader variant in use, for the test that links and validates them.
+/// Every shader in use, for the test that links and validates them.
 pub fn registered() -> Vec<crate::gpu::Shader> {
     let mut all = crate::gpu::registered();
     all.extend(image_matrix::registered());

@@ -7,9 +7,9 @@ mod files;
 pub mod gltf;
 pub(crate) mod pane;
 pub mod points;
-pub mod polygon;
+pub(crate) mod polygon;
 pub mod rad;
-pub mod shapes;
+pub(crate) mod shapes;
 pub mod windows;
 
 pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
@@ -173,7 +173,7 @@ impl Window {
     }
 
     /// Whether it is the same opening, whatever its name and basis.
-    pub fn is_in_place_of(&self, other: &Self) -> bool {
+    pub(crate) fn is_in_place_of(&self, other: &Self) -> bool {
         self.triangles == other.triangles
     }
 }

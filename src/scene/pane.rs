@@ -3,7 +3,7 @@
 /// Transmittance and reflectance of a pane at an angle of incidence: Fresnel's equations by angles, then
 /// the sum over all internal reflections, both polarisations averaged. `transmissivity` is that of the
 /// material for one pass at normal incidence.
-pub fn glass_pane(transmissivity: [f64; 3], refraction_index: f64, cosine: f64) -> ([f64; 3], [f64; 3]) {
+pub(crate) fn glass_pane(transmissivity: [f64; 3], refraction_index: f64, cosine: f64) -> ([f64; 3], [f64; 3]) {
     let sin_in = (1.0 - cosine * cosine).max(0.0).sqrt();
     let cos_out = (1.0 - (sin_in / refraction_index).powi(2)).sqrt();
     let rs = ((cosine - refraction_index * cos_out) / (cosine + refraction_index * cos_out)).powi(2);
@@ -17,7 +17,7 @@ pub fn glass_pane(transmissivity: [f64; 3], refraction_index: f64, cosine: f64) 
 
 /// The transmissivity of a pane of this transmittance at normal incidence: the root of
 /// T r² t² + (1 − r)² t − T = 0 with the faces' reflectance r. More than 1 if there is no such pane.
-pub fn transmissivity(transmittance: f64, refraction_index: f64) -> f64 {
+pub(crate) fn transmissivity(transmittance: f64, refraction_index: f64) -> f64 {
     let r = ((refraction_index - 1.0) / (refraction_index + 1.0)).powi(2);
     let passed = (1.0 - r).powi(2);
     // The other form of the root, which does not lose digits where r is small.

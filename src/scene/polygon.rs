@@ -10,14 +10,14 @@ use std::collections::HashMap;
 /// A polygon whose corners leave its mean plane by more than this fraction of its size (the root of
 /// its area) is flattened into that plane, as Radiance does. Below it, corners stay where they
 /// are, so that neighbours keep sharing them.
-pub const PLANARITY_TOLERANCE: f64 = 1e-3;
+pub(crate) const PLANARITY_TOLERANCE: f64 = 1e-3;
 
 /// Area, as a fraction of the squared extent, below which a polygon has no area.
 const DEGENERATE_AREA: f64 = 1e-12;
 
 /// Triangles of a polygon.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Triangulation {
+pub(crate) struct Triangulation {
     /// Triangles, counter-clockwise seen from the front. Empty if the polygon has no area.
     pub triangles: Vec<[DVec3; 3]>,
     /// Largest distance of a corner from the mean plane.
@@ -27,7 +27,7 @@ pub struct Triangulation {
 }
 
 /// Cuts a polygon, given by its corners counter-clockwise seen from the front, into triangles.
-pub fn triangulate(corners: &[DVec3]) -> Triangulation {
+pub(crate) fn triangulate(corners: &[DVec3]) -> Triangulation {
     let mut corners: Vec<DVec3> = corners.to_vec();
     corners.dedup();
     while corners.len() > 1 && corners.first() == corners.last() {

@@ -10,13 +10,13 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// Segments of a full circle around cylinders, cones and rings (a multiple of 8).
-pub const CIRCLE_SEGMENTS: usize = 144;
+pub(crate) const CIRCLE_SEGMENTS: usize = 144;
 
 /// Segments of a sphere's equator; half as many from pole to pole.
-pub const SPHERE_SEGMENTS: usize = CIRCLE_SEGMENTS / 2;
+pub(crate) const SPHERE_SEGMENTS: usize = CIRCLE_SEGMENTS / 2;
 
 /// Triangles of a sphere, seen from outside counter-clockwise. Poles along z.
-pub fn sphere(centre: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
+pub(crate) fn sphere(centre: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
     let stacks = SPHERE_SEGMENTS / 2;
     let circle = unit_circle(SPHERE_SEGMENTS);
     let at = |stack: usize, segment: usize| {
@@ -50,7 +50,7 @@ pub fn sphere(centre: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
 ///
 /// # Errors
 /// If the ends coincide.
-pub fn cone(p0: DVec3, p1: DVec3, r0: f64, r1: f64) -> Result<Vec<[DVec3; 3]>> {
+pub(crate) fn cone(p0: DVec3, p1: DVec3, r0: f64, r1: f64) -> Result<Vec<[DVec3; 3]>> {
     let axis = (p1 - p0).try_normalize().ok_or_else(|| Error::new("its ends coincide, so that it has no direction"))?;
     let circle = circle_about(axis);
     let mut triangles = Vec::with_capacity(2 * CIRCLE_SEGMENTS);
@@ -71,7 +71,7 @@ pub fn cone(p0: DVec3, p1: DVec3, r0: f64, r1: f64) -> Result<Vec<[DVec3; 3]>> {
 ///
 /// # Errors
 /// If the normal has no direction.
-pub fn ring(centre: DVec3, normal: DVec3, inner: f64, outer: f64) -> Result<Vec<[DVec3; 3]>> {
+pub(crate) fn ring(centre: DVec3, normal: DVec3, inner: f64, outer: f64) -> Result<Vec<[DVec3; 3]>> {
     let normal = normal.try_normalize().ok_or_else(|| Error::new("its normal is zero, so that it has no direction"))?;
     let circle = circle_about(normal);
     let mut triangles = Vec::with_capacity(2 * CIRCLE_SEGMENTS);

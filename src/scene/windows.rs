@@ -56,17 +56,17 @@ struct Parameters {
 
 impl WindowBuilder {
     /// A window without surfaces; `origin` is where it begins.
-    pub fn new(name: String, origin: SurfaceOrigin) -> Self {
+    pub(super) fn new(name: String, origin: SurfaceOrigin) -> Self {
         Self { name, origin, surfaces: Vec::new(), parameters: Parameters::default() }
     }
 
     /// Its name.
-    pub fn name(&self) -> &str {
+    pub(super) fn name(&self) -> &str {
         &self.name
     }
 
     /// Adds a surface whose front faces the room.
-    pub fn add(&mut self, origin: SurfaceOrigin, triangles: Vec<[DVec3; 3]>) {
+    pub(super) fn add(&mut self, origin: SurfaceOrigin, triangles: Vec<[DVec3; 3]>) {
         self.surfaces.push((origin, triangles));
     }
 
@@ -74,7 +74,7 @@ impl WindowBuilder {
     ///
     /// # Errors
     /// Unknown parameters and bases that no window has.
-    pub fn parameters(&mut self, text: &str) -> Result<()> {
+    pub(super) fn parameters(&mut self, text: &str) -> Result<()> {
         self.parameters.read(text)
     }
 
@@ -82,7 +82,7 @@ impl WindowBuilder {
     ///
     /// # Errors
     /// If it has no area, its surfaces face opposite ways, or its up vector is unusable.
-    pub fn finish(self, warnings: &mut Warnings) -> Result<Window> {
+    pub(super) fn finish(self, warnings: &mut Warnings) -> Result<Window> {
         let triangles = self.without_overlaps(warnings);
         let at = |e: Error, o: &SurfaceOrigin| e.file(&o.file).line(o.line).field(format!("window '{}'", self.name));
         let vectors: Vec<DVec3> = self.surfaces.iter().map(|(_, triangles)| triangles.iter().map(area_vector).sum()).collect();

@@ -5,11 +5,12 @@ use super::project::Project;
 use super::project::method::Choice;
 use super::store::Store;
 use super::store::fingerprint::Fingerprint;
+use crate::bins::ReinhartSky;
 use crate::error::Result;
 use crate::gpu::Device;
 use crate::kernels::trace::TraceStatistics;
 use crate::progress::{Progress, cancelled};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// What every phase of a run works with.
@@ -23,6 +24,8 @@ pub struct Context<'a> {
     pub choice: Choice,
     /// What its files hold.
     pub inputs: &'a Inputs,
+    /// What the scene holds, hashed once for a run.
+    pub scene: Fingerprint,
     /// Where results go.
     pub store: &'a Store,
     /// Progress.
@@ -30,6 +33,11 @@ pub struct Context<'a> {
 }
 
 impl Context<'_> {
+    /// Division of the sky.
+    pub fn sky(&self) -> ReinhartSky {
+        self.inputs.sky(self.project)
+    }
+
     /// # Errors
     /// [`cancelled`] if a stop was requested.
     pub fn check_stop(&self) -> Result<()> {
@@ -39,7 +47,7 @@ impl Context<'_> {
     /// What rays can meet.
     pub fn scene_fingerprint(&self, kind: &str) -> Fingerprint {
         let device = self.device.summary();
-        *Fingerprint::new(kind).add_all_of(self.inputs.scene_fingerprint()).add(&device.name).add(&device.driver)
+        *Fingerprint::new(kind).add_all_of(self.scene).add(&device.name).add(&device.driver)
     }
 
     /// The same with the windows that emit.
@@ -91,7 +99,8 @@ impl Ledger {
 }
 
 /// One matrix file.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct MatrixSummary {
     /// Name of the file in `matrices/`, without `.mtx`; `suns_VIEW` for the suns' sparse pictures.
     pub name: String,
@@ -111,7 +120,8 @@ pub struct MatrixSummary {
 }
 
 /// Seconds of wall clock per stage.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Seconds {
     /// Sky matrix.
     pub sky: f64,

@@ -38,6 +38,34 @@ pub struct Daylight<'a> {
     pub direct: &'a [Matrix<f32>],
 }
 
+/// What turns the light before a window into light behind it: T, and D or Dd.
+pub type Passage<'a> = (&'a Matrix<f64>, &'a Matrix<f32>);
+
+/// A window as the formula has it, in one state of the façade or between two.
+#[derive(Clone, Copy)]
+pub struct WindowLight<'a> {
+    /// T and D.
+    pub all: Passage<'a>,
+    /// T and Dd of what lets traced suns through; nothing where the sun stays in the sky's patches. Between
+    /// two states T is the share of the state whose sun is traced.
+    pub sun: Option<Passage<'a>>,
+}
+
+impl<'a> WindowLight<'a> {
+    /// The windows of a project in one state of the façade.
+    pub fn of(inputs: &Inputs, transmissions: &[&'a Matrix<f64>], daylight: Daylight<'a>) -> Vec<Self> {
+        let of = |(i, window): (usize, &ProjectWindow)| Self {
+            all: (transmissions[i], &daylight.total[i]),
+            sun: window.is_sunny().then(|| (transmissions[i], &daylight.direct[i])),
+        };
+        inputs.windows.iter().enumerate().map(of).collect()
+    }
+
+    fn bins(&self) -> usize {
+        self.all.0.rows()
+    }
+}
+
 /// What the windows send into the room: the right factor of the formula.
 #[derive(Debug, Clone)]
 pub struct Light {
@@ -52,29 +80,49 @@ pub struct Light {
 }
 
 impl Light {
-    /// Light through windows of these transmissions (one state of the façade).
+    /// Light of all lit hours, `(T·D)·S`.
     ///
     /// # Errors
     /// Matrices of different skies, and failures of the multiplier's device.
-    pub fn new(
-        inputs: &Inputs,
-        multiplier: &dyn Multiplier,
-        transmissions: &[&Matrix<f64>],
-        daylight: Daylight<'_>,
-        skies: &Skies,
-    ) -> Result<Self> {
+    pub fn new(windows: &[WindowLight<'_>], multiplier: &dyn Multiplier, skies: &Skies, differences: Differences) -> Result<Self> {
         let hours = lit_columns(&skies.whole);
-        let times = |daylight: &[Matrix<f32>], counts: &dyn Fn(&ProjectWindow) -> bool, sky: &Matrix<f32>| {
-            let transmitted = transmitted(inputs, transmissions, daylight, counts)?.map(|v| v as f32);
+        let through = |parts: &[Option<Passage<'_>>], sky: &Matrix<f32>| {
+            let transmitted = transmitted(windows, parts)?.map(|v| v as f32);
             let sky = Factor { name: "S".into(), matrix: select_columns(sky, &hours) };
             product(multiplier, vec![Factor { name: "T·D".into(), matrix: transmitted }, sky], None)
         };
-        let all = times(daylight.total, &|_| true, &skies.whole)?;
+        Self::behind(windows, skies, differences, hours.clone(), &through)
+    }
+
+    /// Light of one hour, dark or not, `T·(D·S)`: what follows a pointer through the year.
+    ///
+    /// # Errors
+    /// Matrices of different skies.
+    ///
+    /// # Panics
+    /// If the skies have no such hour.
+    pub fn of_hour(windows: &[WindowLight<'_>], hour: usize, skies: &Skies, differences: Differences) -> Result<Self> {
+        let through = |parts: &[Option<Passage<'_>>], sky: &Matrix<f32>| {
+            let sky = select_columns(sky, &[hour]);
+            each(windows, parts, 1, &|(t, d)| multiply(t, &multiply(d, &sky))).map(|m| m.map(|v| v as f32))
+        };
+        Self::behind(windows, skies, differences, vec![hour], &through)
+    }
+
+    /// `[X ; X − Xsun]` of these hours; `through` takes a sky through all windows.
+    fn behind(
+        windows: &[WindowLight<'_>],
+        skies: &Skies,
+        differences: Differences,
+        hours: Vec<usize>,
+        through: &dyn Fn(&[Option<Passage<'_>>], &Matrix<f32>) -> Result<Matrix<f32>>,
+    ) -> Result<Self> {
+        let all = through(&windows.iter().map(|w| Some(w.all)).collect::<Vec<_>>(), &skies.whole)?;
         let bins = all.rows();
-        let sun = skies.sun.as_ref().filter(|_| inputs.windows.iter().any(ProjectWindow::is_sunny));
-        let right = match sun {
+        let suns: Vec<Option<Passage<'_>>> = windows.iter().map(|w| w.sun).collect();
+        let right = match skies.sun.as_ref().filter(|_| suns.iter().any(Option::is_some)) {
             None => all,
-            Some(sun) => without_sun(all, &times(daylight.direct, &ProjectWindow::is_sunny, sun)?, inputs.differences()),
+            Some(sky) => without_sun(all, &through(&suns, sky)?, differences),
         };
         Ok(Self { right, bins, hours, all_hours: skies.whole.cols() })
     }
@@ -82,6 +130,17 @@ impl Light {
     /// Whether the sun's patches are taken out: then it belongs to `[V − Vd | Vd]`, else to V.
     pub fn is_split(&self) -> bool {
         self.right.rows() == 2 * self.bins
+    }
+
+    /// The same with the sun in the patches of the sky, as three phases have it.
+    #[must_use]
+    pub fn with_sun_in_patches(&self) -> Self {
+        let mut same = self.clone();
+        if self.is_split() {
+            let (x, rest) = same.right.data_mut().split_at_mut(self.right.data().len() / 2);
+            rest.copy_from_slice(x);
+        }
+        same
     }
 
     /// The right factor of these hours of the year, dark ones too.
@@ -141,26 +200,33 @@ pub fn split_rows(total: &Matrix<f32>, direct: &Matrix<f32>, differences: Differ
     Matrix::from_data(total.rows(), 2 * total.cols(), 3, data).expect("twice the columns")
 }
 
-/// T·D of the windows that count, zeros for all others: rows as V's columns, columns patches.
+/// T·D of what each window has of `parts`, zeros where it has nothing: rows as V's columns, columns patches.
 ///
 /// # Errors
 /// Matrices of different skies.
-pub fn transmitted(
-    inputs: &Inputs,
-    transmissions: &[&Matrix<f64>],
-    daylight: &[Matrix<f32>],
-    counts: &dyn Fn(&ProjectWindow) -> bool,
+///
+/// # Panics
+/// If there are not as many parts as windows.
+pub fn transmitted(windows: &[WindowLight<'_>], parts: &[Option<Passage<'_>>]) -> Result<Matrix<f64>> {
+    each(windows, parts, windows.first().map_or(0, |w| w.all.1.cols()), &|(t, d)| multiply(t, d))
+}
+
+/// What each window has, one below the other.
+fn each(
+    windows: &[WindowLight<'_>],
+    parts: &[Option<Passage<'_>>],
+    columns: usize,
+    of: &dyn Fn(Passage<'_>) -> Matrix<f64>,
 ) -> Result<Matrix<f64>> {
-    let columns = daylight.first().map_or(0, Matrix::cols);
+    assert_eq!(windows.len(), parts.len(), "a part of every window");
     let mut data = Vec::new();
-    for ((window, transmission), d) in inputs.windows.iter().zip(transmissions).zip(daylight) {
-        if counts(window) {
-            data.extend(multiply(transmission, d).into_data());
-        } else {
-            data.resize(data.len() + window.window.basis.len() * columns * 3, 0.0);
+    for (window, part) in windows.iter().zip(parts) {
+        match part {
+            Some(part) => data.extend(of(*part).into_data()),
+            None => data.resize(data.len() + window.bins() * columns * 3, 0.0),
         }
     }
-    Matrix::from_data(inputs.bins(), columns, 3, data)
+    Matrix::from_data(windows.iter().map(WindowLight::bins).sum(), columns, 3, data)
 }
 
 /// Product of two matrices of equal components, component by component, summed in f64.

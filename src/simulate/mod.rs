@@ -1,7 +1,7 @@
 //! From a project to its results: what the command line and the viewer both call.
 //!
 //! ```text
-//! project   what is asked for: project.toml, section by section; opens no other file
+//! project   what is asked for: project.toml, section by section; of its files only points of views are read
 //! store     the output folder: matrices that remember what they were computed from
 //! inputs    what is there: weather, scene, windows with their T, sensors, shades, suns
 //! light     the one formula, I = [V − Vd | Vd]·[X ; X − Xsun] + Cds·Ssun
@@ -9,34 +9,41 @@
 //! plan      what will be modelled and what it costs
 //! phases    S, D, V, Cds: each reused or traced, and kept
 //! results   illuminance, pictures and glare with their errors
+//! year      what a run gives, and a result folder read back: arrays, pictures, states of the façade
 //! run       the story from the sky to the summary
+//! ready     a project with all its files, ready to run
 //! rooms, tradeoff    many runs
 //! ```
 //!
 //! Imports go upwards in this list only (`tests/architecture.rs` holds it).
 
-pub mod context;
+pub(crate) mod context;
 pub mod inputs;
 pub mod light;
 pub mod multiply;
-pub mod phases;
+pub(crate) mod phases;
 pub mod plan;
 pub mod project;
+mod ready;
 pub mod results;
 pub mod rooms;
 mod run;
-pub mod sampling;
-pub mod store;
-mod summary;
+pub(crate) mod sampling;
+pub(crate) mod store;
+pub mod summary;
 pub mod tradeoff;
+pub mod year;
 
 pub use context::{MatrixSummary, Seconds};
 pub use inputs::Inputs;
 pub use project::Project;
+pub use ready::Plan;
 pub use results::glare::GlareSummary;
 pub use results::sensors::SensorSummary;
 pub use results::uncertainty::EstimatedError;
 pub use results::views::ViewSummary;
 pub use run::{run, without_pruning};
 pub use store::fingerprint::Fingerprint;
-pub use summary::{DeviceSummary, Summary};
+pub use store::sun_pictures::SunPictures;
+pub use summary::Summary;
+pub use year::{Results, Year};

@@ -4,7 +4,7 @@
 use super::context::{Context, Ledger};
 use super::inputs::suns::SunCensus;
 use super::inputs::{Inputs, reach};
-use super::light::{Daylight, Light, Skies};
+use super::light::{Daylight, Light, Skies, WindowLight};
 use super::phases::sampled::sampled;
 use super::phases::sky::sky;
 use super::project::Project;
@@ -75,7 +75,7 @@ pub(super) fn context<'a>(
     store: &'a Store,
     progress: &'a dyn Progress,
 ) -> Context<'a> {
-    Context { device, project, choice: project.method.choice(&project.windows), inputs, store, progress }
+    Context { device, project, choice: inputs.choice(project), inputs, scene: inputs.scene_fingerprint(), store, progress }
 }
 
 /// Measures a stage.
@@ -112,7 +112,8 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let skies = Skies { whole: sky, sun: sampled.sun.clone() };
     let multiplier = product::for_device(context.device)?;
     let multiplier = multiplier.as_ref();
-    let light = Light::new(inputs, multiplier, &inputs.transmissions(), Daylight { total: &daylight, direct: &daylight_direct }, &skies)?;
+    let windows = WindowLight::of(inputs, &inputs.transmissions(), Daylight { total: &daylight, direct: &daylight_direct });
+    let light = Light::new(&windows, multiplier, &skies, inputs.differences())?;
     let made = Made { multiplier, sampled: &sampled, skies: &skies, light: &light, suns: suns.as_ref() };
     if context.choice.phases == 2 {
         sensors::write_coefficients(context, &made)?;
@@ -187,6 +188,7 @@ fn summary(
     warnings: &Warnings,
 ) -> Summary {
     let (project, inputs, rays) = (context.project, context.inputs, ledger.statistics.segments);
+    let (windows, matrices_are_given) = Summary::of_windows(inputs, context.choice.phases);
     Summary {
         program: format!("lucarne {}", env!("CARGO_PKG_VERSION")),
         project: crate::files::relative(context.store.folder(), &project.file),
@@ -197,10 +199,12 @@ fn summary(
         phases: context.choice.phases,
         phases_because: context.choice.why.to_string(),
         suns,
-        sky_subdivision: project.method.sky.subdivision(),
+        sky_subdivision: context.sky().subdivision(),
         bounces: project.method.bounces,
         hours: inputs.weather.steps().hours(inputs.weather.records.len()),
         time_steps: inputs.weather.records.len(),
+        windows,
+        matrices_are_given,
         sensors,
         views,
         glare,

@@ -3,16 +3,19 @@
 use super::context::{MatrixSummary, Seconds};
 use super::results::sensors::SensorSummary;
 use super::results::views::ViewSummary;
+use super::store::Store;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::simulate::inputs::suns::SunCensus;
+use crate::simulate::inputs::{Differences, Inputs, ProjectWindow};
 use crate::simulate::results::glare::GlareSummary;
 use crate::simulate::results::uncertainty::EstimatedError;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Contents of `summary.json`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Summary {
     /// `lucarne` and its version.
     pub program: String,
@@ -43,6 +46,10 @@ pub struct Summary {
     pub hours: f64,
     /// Its time steps: columns of the results.
     pub time_steps: usize,
+    /// Windows, in the order of the view matrices' columns.
+    pub windows: Vec<WindowSummary>,
+    /// Whether V or D were made elsewhere, so that their direct parts can exceed them by noise.
+    pub matrices_are_given: bool,
     /// Results per group of sensors.
     pub sensors: Vec<SensorSummary>,
     /// Pictures per view.
@@ -67,8 +74,21 @@ pub struct Summary {
     pub warnings: Vec<String>,
 }
 
+/// One window.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WindowSummary {
+    /// Its name, which its matrices `T_NAME` and `D_NAME` have.
+    pub name: String,
+    /// Bins: columns of the view matrices.
+    pub bins: usize,
+    /// Whether suns are traced through it.
+    pub sun_is_traced: bool,
+}
+
 /// The device that ran the kernels.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct DeviceSummary {
     /// Name the driver gives.
     pub name: String,
@@ -89,6 +109,46 @@ impl DeviceSummary {
 }
 
 impl Summary {
+    /// The windows of a run of so many phases, and whether matrices were made elsewhere.
+    pub(super) fn of_windows(inputs: &Inputs, phases: u32) -> (Vec<WindowSummary>, bool) {
+        let of = |w: &ProjectWindow| WindowSummary {
+            name: w.name.clone(),
+            bins: w.window.basis.len(),
+            sun_is_traced: phases == 5 && w.is_sunny(),
+        };
+        (inputs.windows.iter().map(of).collect(), inputs.differences() == Differences::Noisy)
+    }
+
+    /// Reads the summary of a result folder; what an older version did not write has its default.
+    ///
+    /// # Errors
+    /// A folder without results, or a file that is no summary.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(Store::SUMMARY);
+        let bytes = crate::files::read(&path).map_err(|_| {
+            Error::new("this folder holds no results: there is no summary.json")
+                .file(folder)
+                .help("open a folder that 'lucarne run PROJECT.toml -o FOLDER' has written")
+        })?;
+        let mut summary: Self =
+            serde_json::from_slice(&bytes).map_err(|e| Error::new(e.to_string()).file(&path).help("run the project again"))?;
+        if summary.windows.is_empty() {
+            // Suns count as spread: which of them were traced is not told.
+            let names = summary.matrices.iter().filter_map(|m| m.name.strip_prefix("D_"));
+            summary.windows = names.map(|n| WindowSummary { name: n.to_string(), ..WindowSummary::default() }).collect();
+        }
+        Ok(summary)
+    }
+
+    /// Time steps; a year of hours if the file does not tell.
+    pub(super) fn steps(&self) -> usize {
+        match (self.time_steps, self.hours as usize) {
+            (0, 0) => 8760,
+            (0, hours) => hours,
+            (steps, _) => steps,
+        }
+    }
+
     /// Writes the file.
     ///
     /// # Errors

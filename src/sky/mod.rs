@@ -2,7 +2,7 @@
 //! file, exactly as Radiance's `gendaymtx` makes it.
 
 mod patches;
-pub mod perez;
+pub(crate) mod perez;
 
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
@@ -269,12 +269,12 @@ impl Hour {
             return Self { record: index, sun, diffuse: 0.0, direct: 0.0, zenith_angle: conditions.zenith_angle, distribution };
         }
         let state = match quantity {
-            Quantity::NormalIrradiance => conditions.from_irradiance(record.diffuse, record.direct),
+            Quantity::NormalIrradiance => conditions.of_irradiance(record.diffuse, record.direct),
             Quantity::HorizontalIrradiance => {
                 let normal = if sun.altitude > 1e-6 { record.direct / sun.altitude.sin() } else { record.direct };
-                conditions.from_irradiance(record.diffuse, normal)
+                conditions.of_irradiance(record.diffuse, normal)
             }
-            Quantity::Illuminance => conditions.from_illuminance(record.diffuse, record.direct),
+            Quantity::Illuminance => conditions.of_illuminance(record.diffuse, record.direct),
         };
         let (diffuse, direct) = if solar_spectrum {
             (state.diffuse_irradiance, state.direct_irradiance)

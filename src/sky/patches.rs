@@ -19,7 +19,7 @@ pub(super) struct Patches {
 impl Patches {
     /// Angles are rounded to single precision, as gendaymtx keeps them: when the sun stands exactly
     /// between two patches, rounding decides which is nearer, and it must decide alike.
-    pub fn new(sky: ReinhartSky) -> Self {
+    pub(super) fn new(sky: ReinhartSky) -> Self {
         let rounded = |v: f64| f64::from(v as f32);
         let direction = |altitude: f64, azimuth: f64| {
             let (altitude, azimuth) = (rounded(altitude), rounded(azimuth));
@@ -39,13 +39,13 @@ impl Patches {
     }
 
     /// Number of bins, the ground included.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.centres.len()
     }
 
     /// Writes the relative luminance of every patch (without the ground: `sky[0]` is patch 1) and
     /// returns the relative horizontal illuminance of all.
-    pub fn relative_luminance(&self, distribution: &Distribution, sun: DVec3, sky: &mut [f32]) -> f64 {
+    pub(super) fn relative_luminance(&self, distribution: &Distribution, sun: DVec3, sky: &mut [f32]) -> f64 {
         let mut horizontal = 0.0;
         for &(first, patches) in &self.rows {
             // One row has one height and one size.
@@ -64,7 +64,7 @@ impl Patches {
     /// Distributes direct normal irradiance over the nearest patches with weights
     /// 1/(1.002 − cos angle), or gives it to the nearest alone as the radiance of a disc of
     /// `disc` degrees.
-    pub fn sun(&self, sun: DVec3, direct: f64, disc: Option<f64>) -> SunPatches {
+    pub(super) fn sun(&self, sun: DVec3, direct: f64, disc: Option<f64>) -> SunPatches {
         let wanted = if disc.is_some() { 1 } else { SUN_PATCHES };
         let mut nearest = [(0usize, -1.0f64); SUN_PATCHES];
         let nearest = &mut nearest[..wanted];
@@ -92,7 +92,7 @@ impl Patches {
 pub(super) struct SunPatches([(usize, f64); SUN_PATCHES]);
 
 impl SunPatches {
-    pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.0.iter().copied().filter(|(patch, _)| *patch != 0)
     }
 }

@@ -97,7 +97,7 @@ const DIRECT_EFFICACY: [[f64; 4]; 8] = [
 
 /// The sun's angle from the zenith as the model sees it, radians: never below the horizon, and kept
 /// 3° off the zenith so that the circumsolar peak is not cut by the zenith patch.
-pub fn model_zenith_angle(altitude: f64) -> f64 {
+pub(crate) fn model_zenith_angle(altitude: f64) -> f64 {
     if altitude <= 0.0 {
         FRAC_PI_2
     } else if altitude >= 87f64.to_radians() {
@@ -109,7 +109,7 @@ pub fn model_zenith_angle(altitude: f64) -> f64 {
 
 /// What the model needs to know of an hour besides its measured values.
 #[derive(Debug, Clone, Copy)]
-pub struct Conditions {
+pub(crate) struct Conditions {
     /// The sun's angle from the zenith, from [`model_zenith_angle`].
     pub zenith_angle: f64,
     /// Day of the year from 1.
@@ -120,7 +120,7 @@ pub struct Conditions {
 
 /// Irradiance and illuminance of an hour, and the kind of its sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SkyState {
+pub(crate) struct SkyState {
     /// Sky clearness ε, 1 (overcast) … 12.
     pub clearness: f64,
     /// Sky brightness Δ, 0.01 … 0.6.
@@ -137,7 +137,7 @@ pub struct SkyState {
 
 impl Conditions {
     /// The state of a sky with these irradiances, W/m².
-    pub fn from_irradiance(&self, diffuse: f64, direct: f64) -> SkyState {
+    pub(crate) fn of_irradiance(&self, diffuse: f64, direct: f64) -> SkyState {
         let (clearness, brightness) = self.clearness_and_brightness(diffuse, direct);
         SkyState {
             clearness,
@@ -151,7 +151,7 @@ impl Conditions {
 
     /// The state of a sky with these illuminances, lx. Efficacy depends on irradiance, so it is
     /// found by iteration: until it changes by less than 10 W/m², five times at most.
-    pub fn from_illuminance(&self, diffuse: f64, direct: f64) -> SkyState {
+    pub(crate) fn of_illuminance(&self, diffuse: f64, direct: f64) -> SkyState {
         let mut irradiance = [diffuse, direct].map(|v| v * SOLAR_CONSTANT / SOLAR_CONSTANT_LUX);
         let (mut clearness, mut brightness) = self.clearness_and_brightness(irradiance[0], irradiance[1]);
         let mut previous = [0.1; 2];
@@ -220,7 +220,7 @@ fn category(clearness: f64) -> usize {
 
 /// Relative luminance over the sky: the five parameters of an hour.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Distribution {
+pub(crate) struct Distribution {
     /// a: brighter (> 0) or darker horizon.
     pub a: f64,
     /// b: how fast the horizon's effect fades.
@@ -236,7 +236,7 @@ pub struct Distribution {
 impl Distribution {
     /// The parameters for a clearness ε, brightness Δ and zenith angle of the sun, radians (1993,
     /// equations 6 to 8).
-    pub fn new(clearness: f64, brightness: f64, zenith_angle: f64) -> Self {
+    pub(crate) fn new(clearness: f64, brightness: f64, zenith_angle: f64) -> Self {
         // Outside its range of validity the model would have negative luminances.
         let delta = if clearness > 1.065 && clearness < 2.8 { brightness.max(0.2) } else { brightness };
         let category = category(clearness);
@@ -251,12 +251,12 @@ impl Distribution {
     }
 
     /// The factor that depends on the height of a sky element alone.
-    pub fn gradation(&self, cos_zenith: f64) -> f64 {
+    pub(crate) fn gradation(&self, cos_zenith: f64) -> f64 {
         1.0 + self.a * (self.b / cos_zenith).exp()
     }
 
     /// The factor that depends on its angle to the sun alone.
-    pub fn indicatrix(&self, cos_gamma: f64) -> f64 {
+    pub(crate) fn indicatrix(&self, cos_gamma: f64) -> f64 {
         let cos_gamma = cos_gamma.clamp(-1.0, 1.0);
         1.0 + self.c * (self.d * cos_gamma.acos()).exp() + self.e * cos_gamma * cos_gamma
     }
@@ -300,8 +300,8 @@ mod tests {
     fn illuminance_leads_back_to_the_irradiance_it_came_from() {
         for (diffuse, direct, altitude) in [(150.0, 500.0, 36.0), (100.0, 850.0, 49.0), (180.0, 100.0, 26.0), (120.0, 0.0, 27.0)] {
             let conditions = Conditions { zenith_angle: model_zenith_angle(f64::to_radians(altitude)), day_of_year: 80, dew_point: 11.0 };
-            let there = conditions.from_irradiance(diffuse, direct);
-            let back = conditions.from_illuminance(there.diffuse_illuminance, there.direct_illuminance);
+            let there = conditions.of_irradiance(diffuse, direct);
+            let back = conditions.of_illuminance(there.diffuse_illuminance, there.direct_illuminance);
             // The iteration stops within 10 W/m² of itself.
             assert!((back.diffuse_irradiance - diffuse).abs() < 10.0, "{back:?}");
             assert!((back.direct_irradiance - direct).abs() < 10.0, "{back:?}");
@@ -314,7 +314,7 @@ mod tests {
             let conditions = Conditions { zenith_angle: model_zenith_angle(altitude), day_of_year: 366, dew_point: -60.0 };
             for (diffuse, direct) in [(0.0, 1.0), (1500.0, 0.0), (1e-3, 1500.0), (1500.0, 1500.0)] {
                 let lux = 100.0;
-                for state in [conditions.from_irradiance(diffuse, direct), conditions.from_illuminance(diffuse * lux, direct * lux)] {
+                for state in [conditions.of_irradiance(diffuse, direct), conditions.of_illuminance(diffuse * lux, direct * lux)] {
                     let p = Distribution::new(state.clearness, state.brightness, conditions.zenith_angle);
                     let l = p.gradation(0.01) * p.indicatrix(1.0);
                     assert!(l.is_finite() && state.diffuse_illuminance >= 0.0 && state.direct_illuminance >= 0.0, "{state:?} {p:?}");

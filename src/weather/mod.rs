@@ -9,6 +9,7 @@ mod radiation;
 mod series;
 mod steps;
 pub mod sun;
+pub mod time;
 mod wea;
 
 pub use steps::{Days, Place, Steps};

@@ -1,6 +1,7 @@
 //! Direct and diffuse radiation of one file: what its columns hold, what is no light, what is doubtful.
 
 use super::{Quantity, Record, Weather, bounded, number, series};
+use crate::units::{SOLAR_CONSTANT, SOLAR_CONSTANT_LUX};
 use crate::{Error, Result, Warnings};
 
 /// More than the sun sends: 1367 W/m² reach 1415 W/m² at perihelion; the rest is slack for
@@ -68,7 +69,7 @@ impl Radiation {
             Quantity::NormalIrradiance => (["direct normal irradiance", "diffuse horizontal irradiance"], 9999.0, " W/m²", 1.0),
             Quantity::HorizontalIrradiance => (["direct horizontal irradiance", "diffuse horizontal irradiance"], 9999.0, " W/m²", 1.0),
             Quantity::Illuminance => {
-                (["direct normal illuminance", "diffuse horizontal illuminance"], 999_999.0, " lx", 127_500.0 / 1367.0)
+                (["direct normal illuminance", "diffuse horizontal illuminance"], 999_999.0, " lx", SOLAR_CONSTANT_LUX / SOLAR_CONSTANT)
             }
         };
         Self {

@@ -108,11 +108,14 @@ fn literals(text: &str) -> Vec<Literal> {
     found
 }
 
-/// Faults that a source plants, as (shader, text, what it becomes).
-fn planted(source: &str, shaders: &BTreeMap<String, String>) -> BTreeSet<(String, String, String)> {
-    let mut found = BTreeSet::new();
+/// A fault: shader, text, what it becomes.
+type Fault = (String, String, String);
+
+/// Faults that a source plants; and those whose shader does not hold their text once, which it cannot plant.
+fn planted(source: &str, shaders: &BTreeMap<String, String>) -> (BTreeSet<Fault>, Vec<String>) {
+    let (mut found, mut lost) = (BTreeSet::new(), Vec::new());
     if !source.contains(MARK) {
-        return found;
+        return (found, lost);
     }
     let literals = literals(source);
     let is_next = |literal: &Literal| literal.between.chars().all(|c| c == ',' || c.is_whitespace());
@@ -132,6 +135,7 @@ fn planted(source: &str, shaders: &BTreeMap<String, String>) -> BTreeSet<(String
         let of: Vec<&str> = of.into_iter().filter(|path| holds(path, from)).collect();
         k += 1;
         if of.is_empty() {
+            lost.extend(before.filter(|_| !is_path(from)).map(|path| format!("{path}: does not hold '{from}' once")));
             continue;
         }
         // What it becomes is no fault by itself.
@@ -139,14 +143,16 @@ fn planted(source: &str, shaders: &BTreeMap<String, String>) -> BTreeSet<(String
         k += usize::from(to.is_some());
         found.extend(of.iter().map(|path| ((*path).to_string(), from.clone(), to.clone().unwrap_or_default())));
     }
-    found
+    (found, lost)
 }
 
-/// What is wrong: kernels with too few faults that are not in the list, and names in the list without cause.
+/// What is wrong: kernels with too few faults that are not in the list, names in the list without cause, and faults
+/// that cannot be planted.
 fn faults(shaders: &BTreeMap<String, String>, sources: &[String], without: &[&str]) -> Vec<String> {
-    let planted: BTreeSet<_> = sources.iter().flat_map(|source| planted(source, shaders)).collect();
+    let (planted, lost): (Vec<_>, Vec<_>) = sources.iter().map(|source| planted(source, shaders)).unzip();
+    let planted: BTreeSet<Fault> = planted.into_iter().flatten().collect();
     let kernels = kernels(shaders);
-    let mut found = Vec::new();
+    let mut found = lost.concat();
     for (kernel, modules) in &kernels {
         let count = planted.iter().filter(|(path, ..)| modules.contains(path)).count();
         match (count >= LEAST, without.contains(kernel)) {
@@ -201,6 +207,8 @@ fn a_kernel_without_faults_is_found() {
     assert_eq!(check(&[&a.replace("sum += p.x;\", \"", "q * 2.0\", \"q"), b], &[]), one);
     assert_eq!(check(&[&a.replace("(\"sum", "\n// (\"sum").replace(")] {", "\n)] {"), b], &[]), one);
     assert_eq!(check(&[&a.replace("mutation::with", "show"), b], &[]).len(), 1);
+    // A text that its shader lost.
+    assert_eq!(check(&[a, &format!("{own}{b}").replace("max(z, 0.0)", "max(z, 1.0)")], &[]), ["a/own: does not hold 'max(z, 1.0)' once"]);
     // The list: a kernel that needs it, one that does not, one that is none.
     assert_eq!(check(&[b], &["a/gather"]), [""; 0]);
     assert_eq!(check(&[a, b], &["b/gather"]), ["b/gather: has its 2 faults: take it out of WITHOUT_FAULTS"]);

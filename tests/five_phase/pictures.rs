@@ -2,7 +2,7 @@
 
 use super::*;
 use lucarne::image::hdr;
-use lucarne::simulate::store::sun_pictures::SunPictures;
+use lucarne::simulate::SunPictures;
 
 const SIZE: usize = 24;
 

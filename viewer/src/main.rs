@@ -23,7 +23,6 @@ mod remember;
 mod results;
 mod save;
 mod scale;
-mod stamp;
 #[cfg(test)]
 #[path = "../../src/testing.rs"]
 mod testing;

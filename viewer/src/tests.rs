@@ -59,8 +59,8 @@ fn make_results() -> lucarne::Result<tempfile::TempDir> {
     let positions: Vec<DVec3> = (0..6).map(|s| DVec3::new((s % 3) as f64, (s / 3) as f64, 0.8)).collect();
     let labels: Vec<String> = positions.iter().enumerate().map(|(i, p)| format!("{} ({} {} {})", i + 1, p.x, p.y, p.z)).collect();
     let mut csv = format!("month,day,hour,{}\n", labels.join(","));
-    for stamp in crate::stamp::Stamp::common_year(8760) {
-        csv += &format!("{},{},{:.3},0\n", stamp.month, stamp.day, stamp.hour);
+    for time in lucarne::weather::time::Time::common_year(8760) {
+        csv += &format!("{},{},{:.3},0\n", time.month, time.day, time.hour);
     }
     std::fs::write(folder.path().join("illuminance/desks.csv"), csv).unwrap();
     let lit = |h: usize| lux(0, h) / 1000.0;
@@ -216,7 +216,7 @@ fn a_bsdf_over_a_year_is_another_state_of_the_facade() {
     assert!((found / stored - 1.0).abs() > 0.1, "{found} {stored}");
     let text = lucarne::image::palette::rounded_number(found);
     assert!(shows(&window, &format!("{text} lx")), "{text} {:?}", window.texts());
-    (app.views.panel, app.views.grid.metric) = (PanelKind::Grid, crate::grid::model::Metric::Hour);
+    (app.views.panel, app.views.grid.metric) = (PanelKind::Grid, crate::grid::metric::Metric::Hour);
     window.settle(&mut app).unwrap();
     assert!(shows(&window, "The façade with south 100 % double_clear.xml: the Year panel's choice"), "{:?}", window.texts());
     assert!(window.texts().iter().any(|(t, _)| *t == text), "{text} {:?}", window.texts());

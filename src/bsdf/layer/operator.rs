@@ -14,7 +14,7 @@ pub(super) enum Operator {
 use Operator::{Diagonal, Full};
 
 impl Operator {
-    pub fn uniform(n: usize, value: f64) -> Self {
+    pub(super) fn uniform(n: usize, value: f64) -> Self {
         Diagonal(vec![value; n])
     }
 
@@ -35,7 +35,7 @@ impl Operator {
         }
     }
 
-    pub fn times(&self, other: &Self) -> Self {
+    pub(super) fn times(&self, other: &Self) -> Self {
         let n = self.n();
         match (self, other) {
             (Diagonal(a), Diagonal(b)) => Diagonal(a.iter().zip(b).map(|(a, b)| a * b).collect()),
@@ -57,7 +57,7 @@ impl Operator {
         }
     }
 
-    pub fn plus(mut self, other: &Self) -> Self {
+    pub(super) fn plus(mut self, other: &Self) -> Self {
         match (&mut self, other) {
             (Diagonal(a), Diagonal(b)) => a.iter_mut().zip(b).for_each(|(a, b)| *a += b),
             (Full { data, .. }, other) => other.add_to(1.0, data),
@@ -71,7 +71,7 @@ impl Operator {
     }
 
     /// Adds this matrix times `factor` to a full one.
-    pub fn add_to(&self, factor: f64, sum: &mut [f64]) {
+    pub(super) fn add_to(&self, factor: f64, sum: &mut [f64]) {
         match self {
             Diagonal(d) => d.iter().enumerate().for_each(|(k, v)| sum[k * (d.len() + 1)] += factor * v),
             Full { data, .. } => sum.iter_mut().zip(data).for_each(|(s, v)| *s += factor * v),
@@ -79,7 +79,7 @@ impl Operator {
     }
 
     /// Σ over rows of weight times row.
-    pub fn weighted_rows(&self, weights: &[f64]) -> Vec<f64> {
+    pub(super) fn weighted_rows(&self, weights: &[f64]) -> Vec<f64> {
         match self {
             Diagonal(d) => d.iter().zip(weights).map(|(v, w)| v * w).collect(),
             Full { n, data } => {
@@ -93,7 +93,7 @@ impl Operator {
     }
 
     /// (I − self)⁻¹ · right, by elimination with row pivots.
-    pub fn resolve(&self, right: &Self) -> Result<Self> {
+    pub(super) fn resolve(&self, right: &Self) -> Result<Self> {
         let trapped =
             || Error::new("light between two layers never gets out: their reflectances leave nothing to be absorbed or transmitted");
         let Full { n, data } = self else {

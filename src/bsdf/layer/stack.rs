@@ -20,7 +20,7 @@ pub(super) struct Operators {
 pub(super) struct Matrices([KlemsMatrix; 4]);
 
 impl Matrices {
-    pub fn new(blocks: &Blocks, basis: &AngleBasis) -> Result<Self> {
+    pub(super) fn new(blocks: &Blocks, basis: &AngleBasis) -> Result<Self> {
         let get = |component: Component| -> Result<KlemsMatrix> {
             if let Some(block) = blocks.get(component) {
                 return Ok(to_klems(block, basis, basis));
@@ -36,7 +36,7 @@ impl Matrices {
     }
 
     /// Entry by entry from two bands, e.g. of what is not visible.
-    pub fn combined(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    pub(super) fn combined(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self(std::array::from_fn(|k| {
             let mut m = self.0[k].clone();
             m.values_mut().iter_mut().zip(other.0[k].values()).for_each(|(a, b)| *a = f(*a, *b));
@@ -44,7 +44,7 @@ impl Matrices {
         }))
     }
 
-    pub fn operators(&self) -> Operators {
+    pub(super) fn operators(&self) -> Operators {
         let lambda = projected_solid_angles(self.0[0].incident());
         let n = lambda.len();
         let [tf, tb, rf, rb] = self
@@ -58,7 +58,7 @@ impl Matrices {
 impl Operators {
     /// A pane: all light on the diagonal, evaluated at the middle angle of each ring (the normal for
     /// the cap), as WINDOW does.
-    pub fn of_pane(pane: &Pane, normal: &Normal, basis: &AngleBasis) -> Self {
+    pub(super) fn of_pane(pane: &Pane, normal: &Normal, basis: &AngleBasis) -> Self {
         let mut columns: [Vec<f64>; 4] = Default::default();
         for ring in basis.rings() {
             let theta = if ring.first == 0 && ring.bins == 1 { 0.0 } else { (ring.theta_min + ring.theta_max) / 2.0 };

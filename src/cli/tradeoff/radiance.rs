@@ -44,7 +44,7 @@ impl Programs {
             return Ok(Vec::new());
         };
         save("room.rad", &room)?;
-        save("sky.rad", &sky_text(project.method.sky.subdivision()))?;
+        save("sky.rad", &sky_text(inputs.sky(project).subdivision()))?;
         let sensors = inputs.sensors.iter().flat_map(|g| &g.sensors);
         let mut points = String::new();
         for s in sensors {

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use std::io::Read;
 
 /// More pixels than this are taken for a damaged resolution line (2²⁸: 16384 × 16384).
-pub const MAX_PIXELS: usize = 1 << 28;
+pub(crate) const MAX_PIXELS: usize = 1 << 28;
 
 /// Longest header believed, bytes; a binary file without line ends stops here.
 const MAX_HEADER: usize = 1 << 20;
@@ -33,7 +33,7 @@ pub struct Orientation {
 
 impl Orientation {
     /// `-Y +X`: rows from top to bottom, pixels from left to right.
-    pub const STANDARD: Self = Self { y_major: true, x_increasing: true, y_increasing: false };
+    pub(crate) const STANDARD: Self = Self { y_major: true, x_increasing: true, y_increasing: false };
 
     /// Column and row (from the top left) of pixel `along` of scanline `scan` in a picture of
     /// `width` × `height`.
@@ -130,7 +130,7 @@ impl Header {
     }
 
     /// Number of scanlines in the file and pixels in each.
-    pub fn scanlines(&self) -> (usize, usize) {
+    pub(crate) fn scanlines(&self) -> (usize, usize) {
         if self.orientation.y_major { (self.height, self.width) } else { (self.width, self.height) }
     }
 }

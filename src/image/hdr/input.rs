@@ -15,23 +15,23 @@ pub(super) struct Input<R> {
 }
 
 impl<R: Read> Input<R> {
-    pub fn new(source: R, path: &Path) -> Self {
+    pub(super) fn new(source: R, path: &Path) -> Self {
         Self { source, path: path.to_path_buf(), buffer: vec![0; 1 << 16].into_boxed_slice(), at: 0, end: 0, before: 0 }
     }
 
     /// As [`Self::new`], for a source that has already given `offset` bytes.
-    pub fn resume(source: R, path: &Path, offset: u64) -> Self {
+    pub(super) fn resume(source: R, path: &Path, offset: u64) -> Self {
         Self { before: offset, ..Self::new(source, path) }
     }
 
     /// Number of bytes taken so far.
-    pub fn offset(&self) -> u64 {
+    pub(super) fn offset(&self) -> u64 {
         self.before + self.at as u64
     }
 
     /// The next byte, or `None` at the end.
     #[inline]
-    pub fn byte(&mut self) -> Result<Option<u8>> {
+    pub(super) fn byte(&mut self) -> Result<Option<u8>> {
         if self.at == self.end && !self.refill()? {
             return Ok(None);
         }
@@ -41,7 +41,7 @@ impl<R: Read> Input<R> {
     }
 
     /// Fills `target` completely; false if the input ends first.
-    pub fn fill(&mut self, target: &mut [u8]) -> Result<bool> {
+    pub(super) fn fill(&mut self, target: &mut [u8]) -> Result<bool> {
         let mut done = 0;
         while done < target.len() {
             if self.at == self.end && !self.refill()? {
@@ -56,7 +56,7 @@ impl<R: Read> Input<R> {
     }
 
     /// Adds the file's name to an error, if there is one.
-    pub fn named(&self, error: Error) -> Error {
+    pub(super) fn named(&self, error: Error) -> Error {
         if self.path.as_os_str().is_empty() { error } else { error.file(&self.path) }
     }
 

@@ -12,7 +12,8 @@ mod input;
 mod scanline;
 mod stream;
 
-pub use header::{Header, MAX_PIXELS, Orientation, PixelFormat};
+pub(crate) use header::MAX_PIXELS;
+pub use header::{Header, Orientation, PixelFormat};
 pub use scanline::{from_rgbe, to_rgbe};
 pub use stream::{Pause, ScanlineReader, ScanlineWriter};
 
@@ -85,7 +86,7 @@ fn collect(mut reader: ScanlineReader<impl Read>) -> Result<Picture> {
 impl<R: Read> ScanlineReader<R> {
     /// Header lines that belong to the pixels as they are read: without EXPOSURE and COLORCORR if
     /// those are undone.
-    pub fn kept_lines(&self) -> Vec<String> {
+    pub(crate) fn kept_lines(&self) -> Vec<String> {
         let keep = self.exposure() == Exposure::Keep;
         self.header().lines.iter().filter(|line| keep || !header::is_exposure(line)).cloned().collect()
     }
@@ -112,7 +113,8 @@ pub fn create(path: &Path, width: usize, height: usize, view: Option<&str>, line
 ///
 /// # Errors
 /// If a pixel is not finite.
-pub fn encode(picture: &Picture) -> Result<Vec<u8>> {
+#[cfg(test)]
+pub(crate) fn encode(picture: &Picture) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     write_to(&mut bytes, Path::new("picture"), picture)?;
     Ok(bytes)

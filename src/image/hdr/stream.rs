@@ -1,6 +1,6 @@
 //! Scanline by scanline, for pictures that should not be in memory as a whole.
 
-use super::header::{Header, Orientation, PixelFormat, compose};
+use super::header::{Header, PixelFormat, compose};
 use super::input::Input;
 use super::{Exposure, scanline, xyz_to_rgb};
 use crate::error::{Error, Result};
@@ -80,12 +80,6 @@ impl<R: Read> ScanlineReader<R> {
     /// What the header says.
     pub fn header(&self) -> &Header {
         &self.header
-    }
-
-    /// Whether scanlines come as rows from the top and pixels from the left, as in nearly all
-    /// pictures. If not, only [`super::read`] turns them.
-    pub fn is_standard_order(&self) -> bool {
-        self.header.orientation == Orientation::STANDARD
     }
 
     /// Reads the next scanline as stored, `[mantissas, exponent]` per pixel.

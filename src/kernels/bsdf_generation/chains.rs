@@ -60,7 +60,7 @@ impl Surfaces {
     /// Distributes the chains so that the entries' variance becomes small: in proportion to strength
     /// times the root mean square of what chains from a group of alike sides add (found by a first
     /// round of chains), half of them by strength alone.
-    pub fn distribute(&mut self, job: &Job, samples: u32, statistics: &mut GenerationStatistics) -> Result<()> {
+    pub(super) fn distribute(&mut self, job: &Job, samples: u32, statistics: &mut GenerationStatistics) -> Result<()> {
         let chains = (samples / 8).clamp(64, 2048);
         let tracer = Tracer::new(job, self, u32::MAX, chains)?;
         let (incident, outgoing) = (2 * job.directions.incident(), 2 * job.directions.outgoing());

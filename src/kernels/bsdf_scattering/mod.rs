@@ -111,13 +111,13 @@ const PROBE: Shader = trace::shader("diagnostic/probe_bsdf", &[NUMBERS, &[BsdfPr
 
 /// Words for the device, of one or several panes.
 #[derive(Debug, Clone, Default)]
-pub struct PackedBsdfs {
+pub(crate) struct PackedBsdfs {
     words: Vec<u32>,
 }
 
 /// Whether the tables for drawing directions are built; they are large for trees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Tables {
+pub(crate) enum Tables {
     /// Only what evaluation needs.
     Evaluate,
     /// Also what `bsdf_scattering/sample` needs.
@@ -126,12 +126,12 @@ pub enum Tables {
 
 impl PackedBsdfs {
     /// No pane yet.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::default()
     }
 
     /// The words to upload as `bsdf_words`; at least one.
-    pub fn words(&self) -> &[u32] {
+    pub(crate) fn words(&self) -> &[u32] {
         if self.words.is_empty() { &[0] } else { &self.words }
     }
 
@@ -139,7 +139,7 @@ impl PackedBsdfs {
     ///
     /// # Errors
     /// If its tables are too large for a device.
-    pub fn push(&mut self, scattering: &Scattering, tables: Tables) -> Result<u32> {
+    pub(crate) fn push(&mut self, scattering: &Scattering, tables: Tables) -> Result<u32> {
         let pane = self.words.len();
         const WORDS: usize = LOBE_WORDS as usize;
         self.words.resize(pane + 4 * WORDS, 0);
@@ -183,7 +183,7 @@ impl PackedBsdfs {
             }
         }
         if self.words.len() > MOST_WORDS {
-            return Err(Error::new(format!("the BSDF needs {} MiB on the device", self.words.len() >> 18))
+            return Err(Error::device(format!("the BSDF needs {} MiB on the device", self.words.len() >> 18))
                 .help("convert it to a coarser tree or a Klems matrix with `lucarne bsdf convert`"));
         }
         Ok(words)
@@ -245,7 +245,7 @@ impl PackedBsdfs {
                 }
             });
             if self.words.len() > MOST_WORDS {
-                return Err(Error::new("the tables for drawing directions from this tensor tree are too large for a device")
+                return Err(Error::device("the tables for drawing directions from this tensor tree are too large for a device")
                     .help("convert it to a coarser tree with `lucarne bsdf convert`"));
             }
             let count = ((self.words.len() - list) / 2) as u32;

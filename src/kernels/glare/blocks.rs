@@ -8,7 +8,7 @@ const GRID: usize = 32;
 
 /// Rows of V summed over blocks, weighted by solid angle.
 #[derive(Debug, Clone)]
-pub struct Blocks {
+pub(super) struct Blocks {
     width: usize,
     height: usize,
     solid_angles: Vec<f64>,
@@ -19,7 +19,7 @@ pub struct Blocks {
 
 impl Blocks {
     /// The blocks of a view.
-    pub fn new(geometry: &PixelGeometry) -> Self {
+    pub(super) fn new(geometry: &PixelGeometry) -> Self {
         let mut blocks =
             Self { width: geometry.width, height: geometry.height, solid_angles: vec![0.0; GRID * GRID], terms: 0, sums: Vec::new() };
         for pixel in 0..geometry.pixel_count() {
@@ -30,18 +30,18 @@ impl Blocks {
     }
 
     /// Number of blocks, empty ones included.
-    pub fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         GRID * GRID
     }
 
     /// The block of a pixel.
-    pub fn of(&self, pixel: usize) -> usize {
+    pub(super) fn of(&self, pixel: usize) -> usize {
         let (x, y) = (pixel % self.width, pixel / self.width);
         (y * GRID / self.height) * GRID + x * GRID / self.width
     }
 
     /// Solid angle of a block's pixels, sr.
-    pub fn solid_angle(&self, block: usize) -> f64 {
+    pub(super) fn solid_angle(&self, block: usize) -> f64 {
         self.solid_angles[block]
     }
 
@@ -85,7 +85,7 @@ pub(super) struct BlockSums {
 }
 
 impl BlockSums {
-    pub fn add_pixel(&mut self, blocks: &Blocks, pixel: usize, row: &[f32], solid_angle: f64) {
+    pub(super) fn add_pixel(&mut self, blocks: &Blocks, pixel: usize, row: &[f32], solid_angle: f64) {
         let at = (blocks.of(pixel) - self.first) * self.terms;
         self.sums[at..at + self.terms].iter_mut().zip(row).for_each(|(s, &v)| *s += solid_angle * f64::from(v));
     }

@@ -23,7 +23,7 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// Parameters of `glare/add`.
-    pub struct AddParams {
+    pub(super) struct AddParams {
         /// Number of additions.
         pub count: u32,
     }

@@ -184,7 +184,7 @@ impl LightPathKernels {
 
 impl<'a> LightPaths<'a> {
     /// Prepares the paths; `receivers` are those that will be lit, `None` if they are anywhere.
-    pub fn new(
+    pub(crate) fn new(
         device: &'a Device,
         tables: &TraceTables,
         scene: &'a TraceScene,
@@ -228,7 +228,7 @@ impl<'a> LightPaths<'a> {
     }
 
     /// Most diffuse vertices a path may have.
-    pub fn most_vertices(&self) -> u32 {
+    pub(crate) fn most_vertices(&self) -> u32 {
         self.options.bounces.map_or(MOST_VERTICES, |b| b.saturating_sub(1))
     }
 
@@ -236,7 +236,7 @@ impl<'a> LightPaths<'a> {
     ///
     /// # Errors
     /// If the device fails.
-    pub fn forget(&self) -> Result<()> {
+    pub(crate) fn forget(&self) -> Result<()> {
         self.device.write(&self.light_counts, &vec![0u32; (self.options.batches * self.bins) as usize])
     }
 
@@ -244,7 +244,7 @@ impl<'a> LightPaths<'a> {
     ///
     /// # Errors
     /// If the device fails.
-    pub fn has_room(&self) -> Result<bool> {
+    pub(crate) fn has_room(&self) -> Result<bool> {
         let kept = self.device.read::<u32>(&self.light_counts)?;
         let more = self.device.read::<u32>(&self.going_on)?;
         Ok(kept.iter().zip(&more).all(|(kept, more)| kept + more <= self.options.room))
@@ -255,7 +255,7 @@ impl<'a> LightPaths<'a> {
     ///
     /// # Errors
     /// If the device fails or loses paths.
-    pub fn advance(&self, vertex: u32, statistics: &mut TraceStatistics) -> Result<bool> {
+    pub(crate) fn advance(&self, vertex: u32, statistics: &mut TraceStatistics) -> Result<bool> {
         let o = &self.options;
         let params = LightPathParams {
             seed: o.seed ^ 0x6c69_6768,
@@ -352,7 +352,7 @@ pub(crate) struct NearPaths {
 
 impl NearPaths {
     /// Rays of one receiver that left a reflection, how many of them met a window, and their mean weight, sr.
-    pub fn looks(&self, receiver: usize, count: usize) -> (f64, f64, f64) {
+    pub(crate) fn looks(&self, receiver: usize, count: usize) -> (f64, f64, f64) {
         let sum = |i: usize| self.looks.iter().skip(receiver).step_by(count).map(|l| f64::from(l[i])).sum::<f64>();
         let looks = sum(0);
         (looks, sum(1), if looks > 0.0 { sum(2) / LOOK_UNITS / looks } else { std::f64::consts::PI })

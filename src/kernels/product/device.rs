@@ -222,7 +222,7 @@ impl OnDevice {
     fn check_terms(&self, terms: usize) -> Result<()> {
         match self.device.loop_limit()? {
             Some(limit) if terms.next_multiple_of(INNER_MULTIPLE) * 2 > limit as usize => {
-                Err(Error::new(format!("sums of {terms} terms are too long for '{}'", self.device.summary().name))
+                Err(Error::device(format!("sums of {terms} terms are too long for '{}'", self.device.summary().name))
                     .help("use --device native"))
             }
             _ => Ok(()),

@@ -27,7 +27,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Where a path meets a surface that scatters (`shared/receiver.wgsl`).
+    /// Where a path from a receiver meets a surface that scatters sunlight.
     pub(crate) struct SunVertex {
         pub position: [f32; 3],
         pub material: u32,

@@ -10,27 +10,27 @@ use super::stream_seed;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Hits from which their own spread is enough: half of one more is 1 % of their error then.
-pub const ENOUGH_HITS: f64 = 32.0;
+pub(crate) const ENOUGH_HITS: f64 = 32.0;
 
 const GRID: f64 = (1u64 << 40) as f64;
 
 /// Parts whose doubts are independent of each other. More, from [`Part::OTHERS`] on, share what patterns
 /// there are.
-pub struct Part;
+pub(crate) struct Part;
 
 impl Part {
     /// Reflections that a sensor's paths find.
-    pub const REFLECTIONS: usize = 0;
+    pub(crate) const REFLECTIONS: usize = 0;
     /// Windows behind what hides them.
-    pub const WINDOWS: usize = 1;
+    pub(crate) const WINDOWS: usize = 1;
     /// Single bins and windows.
-    pub const OTHERS: usize = 2;
+    pub(crate) const OTHERS: usize = 2;
 }
 
 /// Deviations of batches that add up to 0 and give their mean a standard error of 1. Those of different
 /// parts are orthogonal as far as there are batches (cosines of the discrete cosine transform); beyond that
 /// their signs are as good as random, so that the squares add up and not the errors.
-pub fn pattern(part: usize, batches: usize) -> Vec<f64> {
+pub(crate) fn pattern(part: usize, batches: usize) -> Vec<f64> {
     let frequency = (1 + part % (batches - 1)) as f64;
     let sign = if stream_seed(part as u32, 0, 0x646f_7562) & 1 == 0 { 1.0 } else { -1.0 };
     let scale = sign * (2.0 * (batches - 1) as f64).sqrt();
@@ -40,7 +40,7 @@ pub fn pattern(part: usize, batches: usize) -> Vec<f64> {
 }
 
 /// Standard deviation of half a hit among so many samples.
-pub fn half_a_hit(weight: f64, samples: f64) -> f64 {
+pub(crate) fn half_a_hit(weight: f64, samples: f64) -> f64 {
     FRAC_1_SQRT_2 * weight / samples
 }
 

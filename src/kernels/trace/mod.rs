@@ -18,7 +18,7 @@ pub mod doubt;
 mod extremes;
 #[cfg(test)]
 mod mutations;
-pub mod planes;
+pub(crate) mod planes;
 pub(crate) mod probes;
 #[cfg(test)]
 pub(crate) mod reference;
@@ -30,7 +30,7 @@ gpu_struct! {
     pub struct Material {
         /// Diffuse reflectance.
         pub diffuse: [f32; 3],
-        /// `MATERIAL_ABSORBER` …
+        /// `MATERIAL_ABSORBER`, `MATERIAL_SURFACE`, `MATERIAL_GLASS` or `MATERIAL_MIRROR`.
         pub kind: u32,
         /// Specular reflectance (of the front for mirrors); transmissivity for glass.
         pub specular: [f32; 3],
@@ -109,9 +109,9 @@ crate::gpu_constants! {
         const FRAC_PI_4: f64 = std::f64::consts::FRAC_PI_4;
         /// Where rays end that nothing stops, in the tracer's units.
         pub(crate) const FAR_AWAY: f64 = 1e30;
-        /// Kinds of materials: windows, light and glow, which end a path;
+        /// Windows, light and glow: end a path.
         pub(crate) const MATERIAL_ABSORBER: u32 = 0;
-        /// plastic, metal and trans;
+        /// Plastic, metal and trans.
         pub(crate) const MATERIAL_SURFACE: u32 = 1;
         pub(crate) const MATERIAL_GLASS: u32 = 2;
         pub(crate) const MATERIAL_MIRROR: u32 = 3;

@@ -89,6 +89,7 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("shared/connection", "distance2 * max(distance2, near2)", "distance2 * distance2"),
     ("view_matrix/gather", "passed * light.flux / light.strength", "passed * light.flux"),
     ("view_matrix/gather", "* FRAC_1_PI", "* 0.35"),
+    ("view_matrix/gather", "distance * 0.999999", "distance * 1.5"),
     ("view_matrix/direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
     ("light_paths/near", "1.0 - ratio * ratio", "1.0 - ratio"),
     ("light_paths/near", "specular_before = true;", "specular_before = false;"),

@@ -34,8 +34,8 @@ impl Estimate {
     }
 }
 
-pub use crate::random::Random;
-pub use crate::scene::pane::glass_pane;
+pub(crate) use crate::random::Random;
+pub(crate) use crate::scene::pane::glass_pane;
 
 /// What a ray meets.
 pub(crate) enum Met {

@@ -8,7 +8,7 @@ use gltf::buffer::{Source, View};
 use std::path::{Component, Path, PathBuf};
 
 /// Bytes of all buffers.
-pub struct Buffers {
+pub(super) struct Buffers {
     bytes: Vec<Vec<u8>>,
     /// Whether positions and normals may be integers (`KHR_mesh_quantization`).
     quantised: bool,
@@ -19,7 +19,7 @@ impl Buffers {
     ///
     /// # Errors
     /// Missing or short buffers, and paths that lead out of the folder.
-    pub fn load(gltf: &gltf::Gltf, file: &Path) -> Result<Self> {
+    pub(super) fn load(gltf: &gltf::Gltf, file: &Path) -> Result<Self> {
         let mut buffers = Vec::new();
         for buffer in gltf.buffers() {
             let at = |e: Error| e.file(file).field(format!("buffer {}", buffer.index()));
@@ -50,7 +50,7 @@ impl Buffers {
     ///
     /// # Errors
     /// As [`floats`](Self::floats); integers in files that do not use `KHR_mesh_quantization`.
-    pub fn vectors(&self, accessor: &gltf::Accessor) -> Result<Vec<DVec3>> {
+    pub(super) fn vectors(&self, accessor: &gltf::Accessor) -> Result<Vec<DVec3>> {
         if accessor.data_type() != DataType::F32 && !self.quantised {
             return Err(Error::new(
                 "positions and normals must be vectors of three 32-bit floats, unless the file uses KHR_mesh_quantization",
@@ -66,7 +66,7 @@ impl Buffers {
     ///
     /// # Errors
     /// Other types of numbers or vectors; data outside the buffers.
-    pub fn floats<const N: usize>(&self, accessor: &gltf::Accessor) -> Result<Vec<[f64; N]>> {
+    pub(super) fn floats<const N: usize>(&self, accessor: &gltf::Accessor) -> Result<Vec<[f64; N]>> {
         let at = |e: Error| e.field(format!("accessor {}", accessor.index()));
         if accessor.dimensions().multiplicity() != N || matches!(accessor.dimensions(), Dimensions::Mat2) {
             return Err(at(
@@ -91,7 +91,7 @@ impl Buffers {
     ///
     /// # Errors
     /// Other types than unsigned integers; data outside the buffers.
-    pub fn indices(&self, accessor: &gltf::Accessor) -> Result<Vec<u32>> {
+    pub(super) fn indices(&self, accessor: &gltf::Accessor) -> Result<Vec<u32>> {
         let at = |e: Error| e.field(format!("accessor {}", accessor.index()));
         if accessor.dimensions() != Dimensions::Scalar {
             return Err(at(Error::new("indices must be single numbers").help("export the file again")));

@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// Extensions that are obeyed, and may be required.
-pub const OBEYED: [&str; 5] =
+pub(crate) const OBEYED: [&str; 5] =
     ["KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_emissive_strength", "KHR_mesh_quantization", instances::NAME];
 
 /// The JSON of a file's bytes, `.gltf` or `.glb`.

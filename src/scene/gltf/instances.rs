@@ -7,14 +7,14 @@ use glam::{DAffine3, DQuat, DVec3};
 use serde_json::Value;
 
 /// Name of the extension.
-pub const NAME: &str = "EXT_mesh_gpu_instancing";
+pub(super) const NAME: &str = "EXT_mesh_gpu_instancing";
 
 /// Where a node's mesh stands, in the frame of the node; nothing if the node has no instances.
 ///
 /// # Errors
 /// Accessors that do not exist, differ in length or hold other than vectors; rotations that are no unit
 /// quaternions; values that are not finite.
-pub fn of(node: &gltf::Node, gltf: &gltf::Gltf, json: &Value, buffers: &Buffers) -> Result<Option<Vec<DAffine3>>> {
+pub(super) fn of(node: &gltf::Node, gltf: &gltf::Gltf, json: &Value, buffers: &Buffers) -> Result<Option<Vec<DAffine3>>> {
     let attributes = &json["nodes"][node.index()]["extensions"][NAME]["attributes"];
     if !attributes.is_object() {
         return Ok(None);

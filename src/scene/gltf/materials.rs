@@ -22,7 +22,7 @@ use crate::units::LUMINOUS_EFFICACY;
 use gltf::material::AlphaMode;
 
 /// RMS slope above which specular reflection is taken as diffuse.
-pub const ROUGHEST_SPECULAR: f64 = 0.3;
+pub(crate) const ROUGHEST_SPECULAR: f64 = 0.3;
 
 /// glTF roughness up to which transmission counts as clear.
 const CLEAR_ROUGHNESS: f64 = 0.05;
@@ -31,7 +31,7 @@ const CLEAR_ROUGHNESS: f64 = 0.05;
 ///
 /// # Errors
 /// Factors that are not finite or out of range.
-pub fn kind(material: &gltf::Material, warnings: &mut Warnings) -> Result<MaterialKind> {
+pub(crate) fn kind(material: &gltf::Material, warnings: &mut Warnings) -> Result<MaterialKind> {
     let mut warn = |message: String, help: &str| warnings.push(Error::new(message).help(help));
     let exactly = "write the exact material into the extras: \"radiance\": \"void plastic wall 0 0 5 .5 .5 .5 0 0\"";
     let pbr = material.pbr_metallic_roughness();

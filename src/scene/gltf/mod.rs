@@ -9,7 +9,7 @@
 //! nodes' transformations, once for each instance of `EXT_mesh_gpu_instancing`. All surfaces have two
 //! sides. Skins, morph targets, animations, cameras and lights are left out.
 //!
-//! **Extensions.** Those of [`extensions::OBEYED`] are obeyed. Of any other that a file uses a warning
+//! **Extensions.** Those of `extensions::OBEYED` are obeyed. Of any other that a file uses a warning
 //! tells; one that it requires is refused.
 //!
 //! **Materials.** An exact Radiance material by the material's `extras`: `"radiance": "void plastic
@@ -25,7 +25,7 @@
 //! | `"sensors": "workplane"` | `sensors:workplane` | each vertex is a sensor that faces along its normal |
 
 mod buffers;
-pub mod extensions;
+pub(crate) mod extensions;
 mod instances;
 mod marks;
 pub mod materials;
@@ -91,7 +91,7 @@ pub struct Contents {
 }
 
 /// Whether a file's name says that it is glTF.
-pub fn is_gltf(file: &Path) -> bool {
+pub(crate) fn is_gltf(file: &Path) -> bool {
     file.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"))
 }
 
@@ -194,7 +194,7 @@ fn orientation(options: &Options, extras: &[&Value]) -> Result<DAffine3> {
 }
 
 /// Splits `room.gltf#south` into the file and the name of the part that is meant.
-pub fn split_part(path: &Path) -> (PathBuf, Option<String>) {
+pub(crate) fn split_part(path: &Path) -> (PathBuf, Option<String>) {
     let text = path.to_string_lossy();
     match text.rsplit_once('#') {
         Some((file, part)) if is_gltf(Path::new(file)) && !path.exists() => (PathBuf::from(file), Some(part.to_string())),

@@ -7,7 +7,7 @@ use crate::limits;
 
 /// A pipeline: a source, and the `xform`s its output passes through, innermost first.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pipeline {
+pub(super) struct Pipeline {
     /// Where the objects come from.
     pub source: Source,
     /// `| xform …` stages.
@@ -16,7 +16,7 @@ pub struct Pipeline {
 
 /// Head of a pipeline.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Source {
+pub(super) enum Source {
     /// `xform … files`.
     Files(Xform),
     /// `genbox` or `genblinds`.
@@ -28,7 +28,7 @@ pub enum Source {
 /// # Errors
 /// Any command but `xform`, `genbox` and `genblinds`, any use of the shell beyond words, quotes and
 /// pipes, and more pipes than [`limits::PIPED_COMMANDS`].
-pub fn parse(text: &str) -> Result<Pipeline> {
+pub(super) fn parse(text: &str) -> Result<Pipeline> {
     let stages = split(text)?;
     if stages.len() > limits::PIPED_COMMANDS {
         return Err(limits::exceeded("this line pipes", limits::PIPED_COMMANDS, "commands into each other")

@@ -13,7 +13,7 @@ const SLAT_ARC_DEG: f64 = 3.0;
 
 /// Surfaces made by a generator.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Generator {
+pub(super) struct Generator {
     /// Its surfaces; their lines are to be set by the caller.
     pub objects: Vec<Object>,
 }
@@ -28,7 +28,7 @@ impl Generator {
     ///
     /// # Errors
     /// Missing or bad numbers, unknown options, a bevel that does not fit.
-    pub fn genbox(words: &[String]) -> Result<Self> {
+    pub(super) fn genbox(words: &[String]) -> Result<Self> {
         let usage = "genbox material name xsize ysize zsize [-i] [-b bevel | -r round]";
         let mut numbers = Numbers { command: "genbox", usage, words, position: 2 };
         let size = DVec3::new(numbers.next("xsize")?, numbers.next("ysize")?, numbers.next("zsize")?);
@@ -71,7 +71,7 @@ impl Generator {
     ///
     /// # Errors
     /// Missing or bad numbers, unknown options, a radius below half the depth.
-    pub fn genblinds(words: &[String]) -> Result<Self> {
+    pub(super) fn genblinds(words: &[String]) -> Result<Self> {
         let usage = "genblinds material name depth width height nslats angle [+r | -r radius]";
         let mut numbers = Numbers { command: "genblinds", usage, words, position: 2 };
         let [depth, width, height] = [numbers.next("depth")?, numbers.next("width")?, numbers.next("height")?];

@@ -47,7 +47,7 @@ use xform::Placement;
 ///
 /// # Errors
 /// As [`read_scene`]; a `BSDF` without thickness, which scatters the sun itself.
-pub fn read_shade(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<(Scene, Vec<ProxiedPane>)> {
+pub(crate) fn read_shade(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<(Scene, Vec<ProxiedPane>)> {
     let mut sink = SceneSink { proxies: Some(Vec::new()), ..SceneSink::default() };
     let mut reader = Reader::new(base);
     for file in files {

@@ -13,14 +13,14 @@ use std::path::Path;
 use std::rc::Rc;
 
 /// Name of the absent modifier.
-pub const VOID: &str = "void";
+pub(super) const VOID: &str = "void";
 
 /// Keyword of an alias that keeps the modifiers of its target.
 const INHERIT: &str = "inherit";
 
 /// A definition as it stood when it was read.
 #[derive(Debug)]
-pub struct Definition {
+pub(super) struct Definition {
     name: String,
     object: Object,
     file: Rc<Path>,
@@ -35,7 +35,7 @@ impl Definition {
     ///
     /// # Errors
     /// Arguments that are missing, or that only a function file would give.
-    pub fn thick_bsdf(&self) -> Result<Option<ThickBsdf>> {
+    pub(super) fn thick_bsdf(&self) -> Result<Option<ThickBsdf>> {
         if self.object.kind.word() != "BSDF" {
             return Ok(None);
         }
@@ -45,7 +45,7 @@ impl Definition {
 
 /// All definitions so far.
 #[derive(Debug, Default)]
-pub struct Modifiers {
+pub(super) struct Modifiers {
     latest: HashMap<String, Rc<Definition>>,
     void: Option<MaterialIndex>,
 }
@@ -55,7 +55,7 @@ impl Modifiers {
     ///
     /// # Errors
     /// If the name is not defined yet.
-    pub fn find(&self, name: &str) -> Result<Option<Rc<Definition>>> {
+    pub(super) fn find(&self, name: &str) -> Result<Option<Rc<Definition>>> {
         if name == VOID {
             return Ok(None);
         }
@@ -69,7 +69,7 @@ impl Modifiers {
     ///
     /// # Errors
     /// If its own modifier is not defined yet, or a material's arguments are too few or many.
-    pub fn define(&mut self, object: &Object, file: &Rc<Path>, scale: f64) -> Result<()> {
+    pub(super) fn define(&mut self, object: &Object, file: &Rc<Path>, scale: f64) -> Result<()> {
         let at = |e| object.at(e, file);
         let modifier = self.find(&object.modifier).map_err(at)?;
         if let ObjectType::Material(kind) = object.kind {
@@ -84,7 +84,7 @@ impl Modifiers {
     ///
     /// # Errors
     /// If the target or modifier is not defined yet.
-    pub fn alias(&mut self, modifier: &str, name: &str, target: &str, file: &Rc<Path>, line: usize) -> Result<()> {
+    pub(super) fn alias(&mut self, modifier: &str, name: &str, target: &str, file: &Rc<Path>, line: usize) -> Result<()> {
         let at = |e: Error| e.file(file).line(line).field(format!("alias '{name}'"));
         let original = match self.find(target) {
             Ok(Some(original)) => original,
@@ -112,7 +112,7 @@ impl Modifiers {
     ///
     /// # Errors
     /// If the material is of a type this program does not know, or two materials are combined.
-    pub fn material(
+    pub(super) fn material(
         &mut self,
         modifier: Option<&Rc<Definition>>,
         materials: &mut Vec<Material>,
@@ -138,7 +138,7 @@ impl Modifiers {
     ///
     /// # Errors
     /// As [`material`](Self::material).
-    pub fn kind(&self, definition: &Rc<Definition>, warnings: &mut Warnings) -> Result<MaterialKind> {
+    pub(super) fn kind(&self, definition: &Rc<Definition>, warnings: &mut Warnings) -> Result<MaterialKind> {
         let mut found: Option<(MaterialKind, &Definition)> = None;
         let mut next = Some(definition);
         while let Some(d) = next {

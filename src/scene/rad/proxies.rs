@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// The arguments of a `BSDF` that matter here.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ThickBsdf {
+pub(super) struct ThickBsdf {
     thickness: f64,
     up: Option<DVec3>,
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// Receives what a scene consists of, in order.
-pub trait Sink {
+pub(super) trait Sink {
     /// A surface, material, texture or mixture.
     ///
     /// # Errors
@@ -32,7 +32,7 @@ pub trait Sink {
 }
 
 /// Files read so far, and the chain of those being read.
-pub struct Reader<'a> {
+pub(super) struct Reader<'a> {
     base: &'a Path,
     /// What files hold and which file they are, by the path that names them.
     parsed: HashMap<PathBuf, (Rc<Vec<Statement>>, Rc<Path>)>,
@@ -43,7 +43,7 @@ pub struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// A reader that resolves paths against the folder `base`.
-    pub fn new(base: &'a Path) -> Self {
+    pub(super) fn new(base: &'a Path) -> Self {
         Self { base, parsed: HashMap::new(), chain: Vec::new(), statements: 0, copies: 0 }
     }
 
@@ -51,7 +51,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// Anything wrong in the files, with file and line, or that the sink refuses.
-    pub fn read(&mut self, file: &Path, sink: &mut dyn Sink, warnings: &mut Warnings) -> Result<()> {
+    pub(super) fn read(&mut self, file: &Path, sink: &mut dyn Sink, warnings: &mut Warnings) -> Result<()> {
         let path = self.base.join(file);
         self.file(&path, &Placement::default(), sink, warnings)
     }

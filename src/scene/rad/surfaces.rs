@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Geometry of one surface.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Geometry {
+pub(super) enum Geometry {
     /// Triangles, counter-clockwise seen from the front. Empty for degenerate surfaces, of which a
     /// warning tells.
     Triangles(Vec<[DVec3; 3]>),
@@ -24,7 +24,7 @@ pub enum Geometry {
 ///
 /// # Errors
 /// Wrong numbers of arguments; coordinates that overflow.
-pub fn geometry(surface: Surface, object: &Object, placement: &Placement, file: &Path, warnings: &mut Warnings) -> Result<Geometry> {
+pub(super) fn geometry(surface: Surface, object: &Object, placement: &Placement, file: &Path, warnings: &mut Warnings) -> Result<Geometry> {
     let at = |e: Error| object.at(e, file);
     let mut warn = |message: String, help: &str| warnings.push(at(Error::new(message).help(help)));
     let r = object.reals.as_slice();

@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// `modifier type identifier`, then counted string, integer (always none) and real arguments.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Object {
+pub(super) struct Object {
     /// Identifier of the modifier, or `void`.
     pub modifier: String,
     /// Type.
@@ -27,14 +27,14 @@ pub struct Object {
 
 impl Object {
     /// The error with this object's place and name.
-    pub fn at(&self, error: Error, file: &Path) -> Error {
+    pub(super) fn at(&self, error: Error, file: &Path) -> Error {
         error.file(file).line(self.line).field(format!("{} '{}'", self.kind.word(), self.name))
     }
 }
 
 /// One statement.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Statement {
+pub(super) enum Statement {
     /// A surface, material, texture or mixture.
     Object(Object),
     /// `modifier alias name target`.
@@ -68,7 +68,7 @@ pub enum Statement {
 ///
 /// # Errors
 /// Binary data, unknown object types, wrong or missing counts and arguments, with their line.
-pub fn parse(bytes: &[u8], file: &Path) -> Result<Vec<Statement>> {
+pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Vec<Statement>> {
     let help = "give `.rad` files";
     if bytes.starts_with(b"#?RADIANCE") && text::Other::of(bytes).is_none() {
         return Err(Error::new("this is an octree, a picture or a matrix, not a scene description").file(file).help(help));
@@ -238,7 +238,7 @@ impl Words<'_> {
 }
 
 /// A word fit for a message.
-pub fn shortened(word: &str) -> String {
+pub(crate) fn shortened(word: &str) -> String {
     let mut text: String = word.chars().take(40).map(|c| if c.is_control() { '?' } else { c }).collect();
     if word.chars().nth(40).is_some() {
         text.push('…');

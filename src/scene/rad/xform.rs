@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 /// Where and as what an object appears: what a chain of `xform`s does to it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Placement {
+pub(super) struct Placement {
     /// Rotation, mirrors and scale.
     pub linear: DMat3,
     /// Translation, applied after `linear`.
@@ -30,22 +30,22 @@ impl Default for Placement {
 
 impl Placement {
     /// World position of a point.
-    pub fn point(&self, p: DVec3) -> DVec3 {
+    pub(super) fn point(&self, p: DVec3) -> DVec3 {
         self.linear * p + self.translation
     }
 
     /// World direction of a vector (not normalised).
-    pub fn vector(&self, v: DVec3) -> DVec3 {
+    pub(super) fn vector(&self, v: DVec3) -> DVec3 {
         self.linear * v
     }
 
     /// Whether a counter-clockwise loop would turn clockwise.
-    pub fn is_mirrored(&self) -> bool {
+    pub(super) fn is_mirrored(&self) -> bool {
         self.linear.determinant() < 0.0
     }
 
     /// First `inner`, then `self`.
-    pub fn of(&self, inner: &Self) -> Self {
+    pub(super) fn of(&self, inner: &Self) -> Self {
         Self {
             linear: self.linear * inner.linear,
             translation: self.point(inner.translation),
@@ -72,7 +72,7 @@ impl Placement {
 
 /// An understood `xform` command.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Xform {
+pub(super) struct Xform {
     placement: Placement,
     name: Option<String>,
     segments: Vec<Segment>,
@@ -100,7 +100,7 @@ impl Xform {
     ///
     /// # Errors
     /// Unknown options, missing or bad numbers, too many copies.
-    pub fn parse(words: &[String]) -> Result<Self> {
+    pub(super) fn parse(words: &[String]) -> Result<Self> {
         let mut words = words.iter().map(String::as_str).peekable();
         let mut xform = Self { placement: Placement::default(), name: None, segments: Vec::new(), files: Vec::new() };
         while let Some(&word) = words.peek() {
@@ -193,12 +193,12 @@ impl Xform {
     }
 
     /// How many copies it makes: the product of its arrays.
-    pub fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.segments.iter().map(|s| if let Repeat::Array(n) = s.repeat { n } else { 1 }).product()
     }
 
     /// The copies it makes, in Radiance's order, with their names.
-    pub fn copies(&self) -> Vec<Placement> {
+    pub(super) fn copies(&self) -> Vec<Placement> {
         let arrays: Vec<usize> =
             self.segments.iter().filter_map(|s| if let Repeat::Array(n) = s.repeat { Some(n) } else { None }).collect();
         let mut copies = Vec::new();

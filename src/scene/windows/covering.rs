@@ -39,7 +39,7 @@ struct Corner {
 
 impl Base {
     /// Nothing if the triangle has no area.
-    pub fn new(triangle: &[DVec3; 3]) -> Option<Self> {
+    pub(super) fn new(triangle: &[DVec3; 3]) -> Option<Self> {
         let [a, b, c] = *triangle;
         let across = (b - a).cross(c - a);
         let z = across.try_normalize()?;
@@ -58,7 +58,7 @@ impl Base {
 
     /// The part of a triangle that lies before or behind the base by no more than `reach`, if there is one
     /// and none of it lies farther.
-    pub fn overlap(&self, triangle: &[DVec3; 3], reach: f64) -> Option<Overlap> {
+    pub(super) fn overlap(&self, triangle: &[DVec3; 3], reach: f64) -> Option<Overlap> {
         let corners = triangle.map(|place| Corner { local: self.local(place), place });
         let [a, b, c] = corners.map(|c| c.local);
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));

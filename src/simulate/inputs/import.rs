@@ -69,7 +69,7 @@ fn read(file: &Path, rows: usize, columns: Option<usize>, shape: &str) -> Result
 ///
 /// # Errors
 /// What is wrong in the file; columns that are neither all suns of the scheme nor those traced.
-pub fn sun_matrix(file: &Path, sensors: usize, set: &SunSet) -> Result<Matrix<f32>> {
+pub(crate) fn sun_matrix(file: &Path, sensors: usize, set: &SunSet) -> Result<Matrix<f32>> {
     let all = read(file, sensors, None, "a sun matrix has a row per sensor")?;
     let columns: Vec<usize> = match all.cols() {
         n if n == set.suns.len() => (0..n).collect(),
@@ -91,7 +91,10 @@ pub fn sun_matrix(file: &Path, sensors: usize, set: &SunSet) -> Result<Matrix<f3
 ///
 /// # Errors
 /// As [`sun_matrix`]; files for some groups only.
-pub fn sun_matrices<'a>(groups: impl Iterator<Item = (&'a str, Option<&'a Path>, usize)>, set: &SunSet) -> Result<Option<SunMatrix>> {
+pub(crate) fn sun_matrices<'a>(
+    groups: impl Iterator<Item = (&'a str, Option<&'a Path>, usize)>,
+    set: &SunSet,
+) -> Result<Option<SunMatrix>> {
     let groups: Vec<_> = groups.collect();
     if groups.iter().all(|(_, file, _)| file.is_none()) {
         return Ok(None);
@@ -110,7 +113,7 @@ pub fn sun_matrices<'a>(groups: impl Iterator<Item = (&'a str, Option<&'a Path>,
 ///
 /// # Errors
 /// Files for some groups only.
-pub fn view<'a>(groups: impl Iterator<Item = (&'a str, Option<&'a Imported>)>, bins: usize) -> Result<Option<Imported>> {
+pub(crate) fn view<'a>(groups: impl Iterator<Item = (&'a str, Option<&'a Imported>)>, bins: usize) -> Result<Option<Imported>> {
     let groups: Vec<_> = groups.collect();
     if groups.iter().all(|(_, given)| given.is_none()) {
         return Ok(None);

@@ -25,7 +25,7 @@ const NOTHING: f64 = 1e-9;
 const NAMED: usize = 8;
 
 /// Of all sensors in the order of the groups, whether no walk finds a window.
-pub fn seem_dark(scene: &Scene, windows: &[Window], groups: &[SensorGroup]) -> Vec<bool> {
+pub(crate) fn seem_dark(scene: &Scene, windows: &[Window], groups: &[SensorGroup]) -> Vec<bool> {
     let solid: Vec<_> = scene.triangles.iter().filter(|t| scene.materials[t.material.0 as usize].kind != MaterialKind::Void).collect();
     let panes: Vec<_> = windows.iter().flat_map(|w| w.triangles.iter().map(move |t| (*t, w))).collect();
     let walker = Walker {
@@ -92,14 +92,14 @@ impl Walker {
 }
 
 /// Sensors whose row of V is nothing beside the brightest; nothing at all if all rows are.
-pub fn dark_rows(view: &Matrix<f32>) -> Option<Vec<bool>> {
+pub(crate) fn dark_rows(view: &Matrix<f32>) -> Option<Vec<bool>> {
     let sums: Vec<f64> = (0..view.rows()).map(|row| view.row(row).iter().map(|&v| f64::from(v)).sum()).collect();
     let most = sums.iter().copied().fold(0.0, f64::max);
     (most > 0.0 || sums.is_empty()).then(|| sums.iter().map(|s| *s <= NOTHING * most).collect())
 }
 
 /// Names dark sensors, a warning per group. The same sensors give the same text, which is kept once.
-pub fn warn(groups: &[SensorGroup], dark: &[bool], warnings: &mut Warnings) {
+pub(crate) fn warn(groups: &[SensorGroup], dark: &[bool], warnings: &mut Warnings) {
     let mut first = 0;
     for group in groups {
         let own = &dark[first..first + group.sensors.len()];
@@ -126,7 +126,7 @@ pub fn warn(groups: &[SensorGroup], dark: &[bool], warnings: &mut Warnings) {
 ///
 /// # Errors
 /// If no light reaches any sensor.
-pub fn check(inputs: &Inputs, view: &Matrix<f32>, warnings: &mut Warnings) -> Result<Vec<bool>, Error> {
+pub(crate) fn check(inputs: &Inputs, view: &Matrix<f32>, warnings: &mut Warnings) -> Result<Vec<bool>, Error> {
     let Some(dark) = dark_rows(view) else {
         let group = &inputs.sensors[0];
         return Err(Error::new("no light of any window reaches any sensor")

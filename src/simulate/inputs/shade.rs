@@ -128,7 +128,7 @@ fn extent(points: &[DVec3], window: &Window) -> (DVec3, DVec3) {
 /// The black model with the shades in place: everything in the scene absorbs all light but panes of
 /// glass, the shades are as they are. Only light that comes straight through the windows, or by
 /// their shades, is left; what the room then does with it belongs to other phases.
-pub fn black_model<'s>(scene: &Scene, shades: impl Iterator<Item = &'s Shade>) -> Scene {
+pub(crate) fn black_model<'s>(scene: &Scene, shades: impl Iterator<Item = &'s Shade>) -> Scene {
     let mut black = Scene { sources: Vec::new(), ..scene.clone() };
     for material in &mut black.materials {
         if !matches!(material.kind, MaterialKind::Glass { .. } | MaterialKind::Void) {
@@ -142,7 +142,7 @@ pub fn black_model<'s>(scene: &Scene, shades: impl Iterator<Item = &'s Shade>) -
 }
 
 /// Puts the surfaces of one scene into another.
-pub fn add(scene: &mut Scene, other: &Scene) {
+pub(crate) fn add(scene: &mut Scene, other: &Scene) {
     let (materials, surfaces) = (scene.materials.len() as u32, scene.surfaces.len() as u32);
     scene.materials.extend(other.materials.iter().cloned());
     scene.surfaces.extend(other.surfaces.iter().cloned());
@@ -154,7 +154,7 @@ pub fn add(scene: &mut Scene, other: &Scene) {
 }
 
 /// What of the sun in mirror-like slats is not traced.
-pub fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, warnings: &mut Warnings) {
+pub(crate) fn warn_of_mirrors<'s>(shades: impl Iterator<Item = &'s Shade>, warnings: &mut Warnings) {
     let mut all = Scene::default();
     shades.for_each(|s| add(&mut all, &s.scene));
     let mirrors = Mirrors::of(&all);

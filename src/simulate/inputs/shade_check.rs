@@ -36,7 +36,7 @@ struct Transmittance {
 }
 
 /// Warns of windows whose shade or tensor tree is not that of their BSDF at normal incidence.
-pub fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) {
+pub(super) fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) {
     for window in inputs.windows.iter().filter(|w| w.is_sunny()) {
         let bsdf = of_bsdf(window);
         // A window that is opaque to the sky has no ratio.

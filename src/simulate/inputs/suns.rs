@@ -7,11 +7,12 @@ use crate::scene::Window;
 use crate::simulate::project::method::SunScheme;
 use crate::sky::{SkyOptions, SunHour, sun_hours};
 use crate::weather::Weather;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// How many suns there are and why not all are traced.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SunCensus {
     /// Scheme, for people.
     pub scheme: String,

@@ -42,7 +42,7 @@ fn check_size(pattern: &Pattern, [width, height]: [usize; 2], raster: &Raster) -
 /// # Errors
 /// Pictures that are missing, damaged or of another size or number, and failures of the file system.
 #[allow(clippy::type_complexity, reason = "one function")]
-pub fn import(
+pub(crate) fn import(
     sets: &[Option<(&Pattern, &Path)>; 2],
     raster: &Raster,
     bins: usize,
@@ -79,7 +79,7 @@ pub fn import(
 }
 
 /// Pictures of suns made elsewhere.
-pub struct SunsGiven<'a> {
+pub(crate) struct SunsGiven<'a> {
     pattern: &'a Pattern,
     raster: &'a Raster,
     /// Number of the picture of each sun.
@@ -89,7 +89,7 @@ pub struct SunsGiven<'a> {
 impl<'a> SunsGiven<'a> {
     /// # Errors
     /// Gaps, and numbers of pictures that are neither that of all suns of the scheme nor that of those traced.
-    pub fn open(pattern: &'a Pattern, set: &SunSet, raster: &'a Raster) -> Result<Self> {
+    pub(crate) fn open(pattern: &'a Pattern, set: &SunSet, raster: &'a Raster) -> Result<Self> {
         let found = pattern.existing()?;
         if let Some(gap) = (0..).zip(&found).find_map(|(wanted, &number)| (wanted != number).then_some(wanted)) {
             return Err(Error::new(format!("{} is missing", pattern.path(gap).display()))
@@ -114,7 +114,7 @@ impl<'a> SunsGiven<'a> {
     ///
     /// # Errors
     /// A picture that is damaged or of another size.
-    pub fn read(&self, sun: usize) -> Result<SunPicture> {
+    pub(crate) fn read(&self, sun: usize) -> Result<SunPicture> {
         let picture = hdr::read_with(&self.pattern.path(self.numbers[sun]), Exposure::Undo)?;
         check_size(self.pattern, [picture.width, picture.height], self.raster)?;
         let lit = |v: &[f32; 3]| v.iter().any(|c| *c > 0.0);
@@ -129,7 +129,7 @@ impl<'a> SunsGiven<'a> {
 ///
 /// # Errors
 /// Failures of the file system.
-pub fn export(store: &Store, view: &str, suns: Option<(&SunSet, &SunPictures)>) -> Result<()> {
+pub(crate) fn export(store: &Store, view: &str, suns: Option<(&SunSet, &SunPictures)>) -> Result<()> {
     let folder = store.image_folder(view)?.join("components");
     std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
     let pattern = |name: &str| Pattern::inside(&folder, name);

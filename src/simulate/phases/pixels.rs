@@ -20,7 +20,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What the view matrix of one view is made from.
-pub struct ViewJob<'a> {
+pub(crate) struct ViewJob<'a> {
     /// The run.
     pub context: Context<'a>,
     /// Windows in the order of the bins.
@@ -38,7 +38,7 @@ impl ViewJob<'_> {
     ///
     /// # Errors
     /// A view that cannot be.
-    pub fn kept(&self, inputs: Fingerprint) -> Result<Option<(usize, usize)>> {
+    pub(crate) fn kept(&self, inputs: Fingerprint) -> Result<Option<(usize, usize)>> {
         let raster = self.view.raster()?;
         let bins = self.windows.iter().map(|w| w.basis.len()).sum();
         let kept = |path: &Path, rows: usize| self.context.store.has(path, &|path| is_of(path, inputs, (rows, bins, 3)));
@@ -59,7 +59,7 @@ impl ViewJob<'_> {
     ///
     /// # Errors
     /// As [`image_matrix::compute`], and failures of the file system.
-    pub fn matrix(&self, inputs: Fingerprint, statistics: &mut TraceStatistics) -> Result<(usize, usize, bool)> {
+    pub(crate) fn matrix(&self, inputs: Fingerprint, statistics: &mut TraceStatistics) -> Result<(usize, usize, bool)> {
         if let Some((rows, columns)) = self.kept(inputs)?.filter(|_| self.view.given.view.is_none()) {
             return Ok((rows, columns, true));
         }
@@ -150,12 +150,12 @@ impl ViewJob<'_> {
     }
 
     /// Where the straight part of the view matrix is kept.
-    pub fn direct_path(&self) -> PathBuf {
+    pub(crate) fn direct_path(&self) -> PathBuf {
         self.context.store.matrix_path(&format!("V_{}_direct", self.view.name))
     }
 
     /// Where the batches of the view matrix are kept, reduced to what the noise of glare needs.
-    pub fn batches_path(&self) -> PathBuf {
+    pub(crate) fn batches_path(&self) -> PathBuf {
         self.context.store.matrix_path(&format!("V_{}_batches", self.view.name))
     }
 }

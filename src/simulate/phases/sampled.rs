@@ -66,7 +66,7 @@ impl Meter {
 ///
 /// # Errors
 /// Failures of tracing and of the file system, or when stopped.
-pub fn sampled(context: &Context<'_>, ledger: &mut Ledger, sky: &Matrix<f32>) -> Result<Sampled> {
+pub(crate) fn sampled(context: &Context<'_>, ledger: &mut Ledger, sky: &Matrix<f32>) -> Result<Sampled> {
     context.check_stop()?;
     let (project, inputs) = (context.project, context.inputs);
     let windows = inputs.geometry();
@@ -151,7 +151,7 @@ fn view_source<'a>(context: &Context<'a>, windows: &'a [Window], sensors: &'a [S
 fn daylight_source<'a>(context: &Context<'a>, number: usize, meter: &'a Meter) -> Source<'a> {
     let (device, project, inputs) = (context.device, context.project, context.inputs);
     let window = &inputs.windows[number];
-    let sky = project.method.sky;
+    let sky = context.sky();
     let direct = context.choice.phases == 5;
     let options = move |round| DaylightOptions { keep_batches: true, ..daylight_options(project, number, round) };
     let mut fingerprint = context.scene_fingerprint("D");

@@ -8,20 +8,20 @@ use crate::sky::{SkyOptions, sky_matrix};
 use std::time::Instant;
 
 fn options(context: &Context<'_>) -> SkyOptions {
-    SkyOptions { subdivision: context.project.method.sky.subdivision(), ..SkyOptions::default() }
+    SkyOptions { subdivision: context.sky().subdivision(), ..SkyOptions::default() }
 }
 
 /// S `[patch][hour]`, the ground first; an earlier run's if its inputs are the same.
 ///
 /// # Errors
 /// Weather whose sky cannot be computed, failures of the file system, or when stopped.
-pub fn sky(context: &Context<'_>, ledger: &mut Ledger) -> Result<Matrix<f32>> {
+pub(crate) fn sky(context: &Context<'_>, ledger: &mut Ledger) -> Result<Matrix<f32>> {
     let clock = Instant::now();
     context.check_stop()?;
     let options = options(context);
     let weather = &context.inputs.weather;
     let inputs = *Fingerprint::new("S").add(weather).add(&options);
-    let shape = (context.project.method.sky.len(), weather.records.len(), 3);
+    let shape = (context.sky().len(), weather.records.len(), 3);
     let kept = context.store.load("S", inputs, shape);
     let reused = kept.is_some();
     let sky = match kept {
@@ -40,11 +40,11 @@ pub fn sky(context: &Context<'_>, ledger: &mut Ledger) -> Result<Matrix<f32>> {
 ///
 /// # Errors
 /// As [`sky`].
-pub fn sun_alone(context: &Context<'_>) -> Result<Matrix<f32>> {
+pub(crate) fn sun_alone(context: &Context<'_>) -> Result<Matrix<f32>> {
     let options = SkyOptions { sky: false, ..options(context) };
     let weather = &context.inputs.weather;
     let inputs = *Fingerprint::new("Sds").add(weather).add(&options);
-    let shape = (context.project.method.sky.len(), weather.records.len(), 3);
+    let shape = (context.sky().len(), weather.records.len(), 3);
     if let Some(kept) = context.store.load("Sds", inputs, shape) {
         return Ok(kept);
     }

@@ -18,7 +18,7 @@ use crate::simulate::store::fingerprint::Fingerprint;
 ///
 /// # Errors
 /// Failures of device and file system, or when stopped.
-pub fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet) -> Result<(SunMatrix, bool)> {
+pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet) -> Result<(SunMatrix, bool)> {
     let (project, inputs) = (context.project, context.inputs);
     let mut fingerprint = context.scene_fingerprint("C");
     let shaded = inputs.shaded_windows();
@@ -89,7 +89,7 @@ fn kept(context: &Context<'_>, inputs: Fingerprint, groups: &[SensorGroup], suns
 }
 
 /// The suns in the order of Cds's columns, as a scene file for `rcontrib -M`.
-pub fn write_suns(context: &Context<'_>, suns: &SunSet) -> Result<()> {
+pub(crate) fn write_suns(context: &Context<'_>, suns: &SunSet) -> Result<()> {
     let path = context.store.suns_path();
     crate::files::write_atomically(&path, |out| {
         for (column, sun) in suns.columns.iter().zip(&suns.suns) {
@@ -105,7 +105,7 @@ pub fn write_suns(context: &Context<'_>, suns: &SunSet) -> Result<()> {
 ///
 /// # Errors
 /// A file that cannot be read any more.
-pub fn add_scattering_data(project: &Project, fingerprint: &mut Fingerprint) -> Result<()> {
+pub(crate) fn add_scattering_data(project: &Project, fingerprint: &mut Fingerprint) -> Result<()> {
     for file in project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
         fingerprint.add_values(&crate::files::read(file)?);
     }

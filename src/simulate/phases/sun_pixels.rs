@@ -27,7 +27,7 @@ const PIXEL_BYTES: usize = 64;
 const MOST_SUNS: usize = 256;
 
 /// For whom suns are traced.
-pub enum Shown {
+pub(crate) enum Shown {
     /// All that they do to a picture.
     Picture(Raster),
     /// Their discs, for an eye.
@@ -47,7 +47,7 @@ impl Shown {
 ///
 /// # Errors
 /// Failures of device and file system, or when stopped.
-pub fn sun_pictures(
+pub(crate) fn sun_pictures(
     context: &Context<'_>,
     suns: &SunSet,
     view: &ViewSection,

@@ -42,24 +42,24 @@ impl ToSun {
 /// with the shipped projects, kernels compiled before.
 mod slow {
     /// A ray of each phase.
-    pub const VIEW_RAY: f64 = 0.3e-6;
-    pub const DAYLIGHT_RAY: f64 = 0.55e-6;
-    pub const SUN_RAY: f64 = 0.6e-6;
-    pub const SUN_PIXEL_RAY: f64 = 1.6e-6;
+    pub(super) const VIEW_RAY: f64 = 0.3e-6;
+    pub(super) const DAYLIGHT_RAY: f64 = 0.55e-6;
+    pub(super) const SUN_RAY: f64 = 0.6e-6;
+    pub(super) const SUN_PIXEL_RAY: f64 = 1.6e-6;
     /// An entry of a picture's row in a batch: once, and per light path of its bin.
-    pub const PIXEL_ENTRY: [f64; 2] = [0.3e-6, 0.02e-6];
+    pub(super) const PIXEL_ENTRY: [f64; 2] = [0.3e-6, 0.02e-6];
     /// An entry of S.
-    pub const SKY: f64 = 26e-9;
+    pub(super) const SKY: f64 = 26e-9;
     /// A multiplication and addition of a product.
-    pub const PRODUCT: f64 = 0.06e-9;
+    pub(super) const PRODUCT: f64 = 0.06e-9;
     /// A pixel of an hour with light: the sources that it belongs to.
-    pub const GLARE_PIXEL: f64 = 10e-9;
+    pub(super) const GLARE_PIXEL: f64 = 10e-9;
     /// An entry of D in an hour, whose noise is in that of its glare.
-    pub const GLARE_NOISE: f64 = 0.8e-9;
+    pub(super) const GLARE_NOISE: f64 = 0.8e-9;
     /// A written picture's pixel.
-    pub const PICTURE_PIXEL: f64 = 0.2e-6;
+    pub(super) const PICTURE_PIXEL: f64 = 0.2e-6;
     /// Kernels and tables of a phase.
-    pub const START: f64 = 0.3;
+    pub(super) const START: f64 = 0.3;
 }
 
 /// A phase with its size and cost.
@@ -191,8 +191,8 @@ fn view_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
 }
 
 /// Rays of the view matrix of a picture that shows so many pixels.
-fn picture_rays(project: &Project, pixels: usize, windows_only: bool) -> f64 {
-    let o = image_options(project);
+fn picture_rays(project: &Project, inputs: &Inputs, pixels: usize, windows_only: bool) -> f64 {
+    let o = image_options(project, inputs.choice(project).phases);
     if windows_only {
         return pixels as f64 * f64::from(o.subpixels);
     }
@@ -220,7 +220,7 @@ fn sun_picture_rays(project: &Project, inputs: &Inputs, pixels: usize, suns: usi
 
 /// All phases in the order of their computation. `lit`: time steps that are not night.
 pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, lit: usize) -> Result<Vec<PhasePlan>> {
-    let (bins, patches, steps) = (inputs.bins(), project.method.sky.len(), inputs.weather.records.len());
+    let (bins, patches, steps) = (inputs.bins(), inputs.sky(project).len(), inputs.weather.records.len());
     // Five phases also need the sky without sun, and the sun alone.
     let skies = if suns.is_some() { 3.0 } else { 1.0 };
     let sky = PhasePlan::new("S".into(), (patches, "patches"), (steps, "steps")).worked(skies * (patches * steps) as f64 * slow::SKY);
@@ -287,16 +287,16 @@ fn view_costs(project: &Project, inputs: &Inputs, view: &ViewSection, suns: Opti
     };
     let method = project.glare.as_ref().map(|g| g.method);
     if method.is_none_or(|m| m == GlareMethod::Image) || !pictured.is_empty() {
-        let rays = if view.given.view.is_some() { 0.0 } else { picture_rays(project, seen, false) };
+        let rays = if view.given.view.is_some() { 0.0 } else { picture_rays(project, inputs, seen, false) };
         let phase = PhasePlan::new(format!("V of {name}"), (pixels, "pixels"), (bins, "bins"));
-        let o = image_options(project);
+        let o = image_options(project, inputs.choice(project).phases);
         let [once, per_path] = slow::PIXEL_ENTRY;
         let entry = if rays > 0.0 { f64::from(o.batches) * (once + per_path * f64::from(o.light_paths)) } else { 0.0 };
         all.push(phase.traced(rays, 0.0).worked((seen * bins) as f64 * entry));
     }
     if method == Some(GlareMethod::Edgps) {
         let phase = PhasePlan::new(format!("V of {name}, windows"), (pixels, "pixels"), (bins, "bins"));
-        all.push(phase.traced(picture_rays(project, seen, true), slow::DAYLIGHT_RAY));
+        all.push(phase.traced(picture_rays(project, inputs, seen, true), slow::DAYLIGHT_RAY));
     }
     if method.is_some_and(|m| m != GlareMethod::Image) {
         let phase = PhasePlan::new(format!("V of {name}, eye"), (1, "eye"), (bins, "bins"));
@@ -327,7 +327,7 @@ fn view_costs(project: &Project, inputs: &Inputs, view: &ViewSection, suns: Opti
     }
     if has_pictures {
         let states = inputs.windows.iter().map(|w| w.states.len()).max().unwrap_or(0).max(1);
-        let noise = (bins * project.method.sky.len()) as f64 * slow::GLARE_NOISE;
+        let noise = (bins * inputs.sky(project).len()) as f64 * slow::GLARE_NOISE;
         let each = products + seen as f64 * slow::GLARE_PIXEL + noise;
         let phase = PhasePlan::new(format!("glare of {name}"), (states, "states"), (lit, "steps"));
         all.push(phase.worked((states * lit) as f64 * each));

@@ -1,8 +1,8 @@
 //! What a run will model, what it leaves out because the scene does not need it, and what it costs:
 //! `lucarne plan`. Nothing is traced and no device is needed.
 
-pub mod costs;
-pub mod presets;
+pub(crate) mod costs;
+pub(crate) mod presets;
 
 use self::costs::{PhasePlan, costs, daylight_rays};
 use crate::error::Result;
@@ -65,7 +65,7 @@ pub struct RunPlan {
 /// # Errors
 /// Views that cannot be read, hours that the weather does not have.
 pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
-    let choice = project.method.choice(&project.windows);
+    let choice = inputs.choice(project);
     let columns = sky_columns(&inputs.weather, &SkyOptions::default())?;
     let lit = columns.iter().filter(|c| !c.black).count();
     let steps = inputs.weather.steps();
@@ -75,8 +75,8 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
         phases: choice.phases,
         phases_because: choice.why.to_string(),
         preset: project.quality.name(),
-        sky_subdivision: project.method.sky.subdivision(),
-        sky_follows_glazing: project.method.sky_follows_glazing,
+        sky_subdivision: inputs.sky(project).subdivision(),
+        sky_follows_glazing: project.method.sky.is_none(),
         hours: steps.hours(steps.len()),
         lit_hours: steps.hours(lit),
         model: model(inputs),

@@ -9,13 +9,13 @@ use crate::simulate::project::quality::Stop;
 use crate::simulate::project::{Preset, Project, QualitySection};
 
 /// Share of the target's square that the noise of a picture's view matrix may take; the rest is D's.
-pub const SHARE_OF_VIEW: f64 = 0.64;
+pub(crate) const SHARE_OF_VIEW: f64 = 0.64;
 /// Share of the target's square that the noise of V and D may take at sensors; the rest is the suns'.
-pub const SHARE_OF_SENSORS: f64 = 0.64;
+pub(crate) const SHARE_OF_SENSORS: f64 = 0.64;
 
 /// How often a matrix that is not sampled adaptively is traced anew, with other random numbers, and
 /// averaged. Errors fall with the square root, memory stays what it was.
-pub fn rounds(project: &Project) -> u32 {
+pub(crate) fn rounds(project: &Project) -> u32 {
     match project.quality.stop() {
         Stop::Rounds(rounds) => rounds,
         Stop::Adaptive { .. } => 1,
@@ -39,7 +39,7 @@ fn seed(project: &Project, window: usize, round: u32) -> u32 {
 }
 
 /// Sampling of V.
-pub fn view_options(project: &Project, round: u32) -> ViewOptions {
+pub(crate) fn view_options(project: &Project, round: u32) -> ViewOptions {
     let standard = ViewOptions::default();
     let quality = &project.quality;
     ViewOptions {
@@ -54,7 +54,7 @@ pub fn view_options(project: &Project, round: u32) -> ViewOptions {
 }
 
 /// Sampling of D of the `window`-th window.
-pub fn daylight_options(project: &Project, window: usize, round: u32) -> DaylightOptions {
+pub(crate) fn daylight_options(project: &Project, window: usize, round: u32) -> DaylightOptions {
     let standard = DaylightOptions::default();
     DaylightOptions {
         bounces: project.method.bounces,
@@ -66,7 +66,7 @@ pub fn daylight_options(project: &Project, window: usize, round: u32) -> Dayligh
 }
 
 /// Sampling of the view matrix of a picture.
-pub fn image_options(project: &Project) -> ImageOptions {
+pub(crate) fn image_options(project: &Project, phases: u32) -> ImageOptions {
     let standard = ImageOptions::default();
     let (light_paths, batches) = match project.quality.preset {
         Preset::Draft => (standard.light_paths / 2, standard.batches),
@@ -79,7 +79,6 @@ pub fn image_options(project: &Project) -> ImageOptions {
     let batches = if scale > 1.0 { batches * 2 } else { batches };
     let few = |n: u32| ((f64::from(n) * scale.min(1.0)).ceil() as u32).max(1);
     let (window_samples, near_samples) = (few(standard.window_samples), few(standard.near_samples));
-    let straight = project.method.choice(&project.windows).phases == 5;
     ImageOptions {
         bounces: project.method.bounces,
         light_paths,
@@ -87,7 +86,7 @@ pub fn image_options(project: &Project) -> ImageOptions {
         window_samples,
         near_samples,
         seed: seed(project, 0, 0),
-        straight,
+        straight: phases == 5,
         ..standard
     }
 }
@@ -104,7 +103,7 @@ pub fn pane_options(project: &Project) -> SunOptions {
 }
 
 /// Sampling of suns in pictures: every pixel has a surface point per batch.
-pub fn sun_picture_options(project: &Project) -> PixelOptions {
+pub(crate) fn sun_picture_options(project: &Project) -> PixelOptions {
     let (batches, paths, cells) = match project.quality.preset {
         Preset::Draft => (2, 2, 16),
         Preset::Standard => (4, 4, 32),
@@ -121,7 +120,7 @@ pub fn sun_picture_options(project: &Project) -> PixelOptions {
 /// Sampling of the sun matrix of sensors. A single computation, whatever the preset: it costs little
 /// beside V and D. A disc half hidden by slats makes most of an eye's light: 64 points leave 2…6 % of
 /// it uncertain, 512 less than 1 %.
-pub fn sun_options(project: &Project) -> SunOptions {
+pub(crate) fn sun_options(project: &Project) -> SunOptions {
     let standard = SunOptions::default();
     let (disc_samples, paths) = match project.quality.preset {
         Preset::Draft => (standard.disc_samples, standard.paths / 2),

@@ -52,19 +52,4 @@ impl GivenPictures {
         }
         Ok(given)
     }
-
-    /// Five phases need the straight parts too, and only they need suns.
-    pub(super) fn check(&self, top: &Table<'_, '_>, name: &str, phases: u32) -> Result<()> {
-        if phases == 5 && self.view.is_some() && self.view_direct.is_none() {
-            return Err(top
-                .error("view", format!("'{name}' has pictures 'view' without their straight part, which five phases subtract"))
-                .help("add view_direct = \"vd%03d.hdr\""));
-        }
-        if phases != 5 && self.sun.is_some() {
-            return Err(top
-                .error("view", format!("'{name}' has pictures of suns, which only five phases use"))
-                .help("write phases = 5 and give the window a shade or tensor_tree, or take 'sun' out"));
-        }
-        Ok(())
-    }
 }

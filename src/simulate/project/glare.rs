@@ -41,7 +41,7 @@ impl GlareMethod {
         [("image", Self::Image), ("edgps", Self::Edgps), ("dgps", Self::Dgps), ("imageless", Self::Imageless)];
 
     /// Whether glare sources are pixels of pictures.
-    pub fn has_pictures(self) -> bool {
+    pub(crate) fn has_pictures(self) -> bool {
         matches!(self, Self::Image | Self::Edgps)
     }
 

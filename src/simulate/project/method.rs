@@ -1,6 +1,5 @@
 //! `[method]`: how many phases, which suns, and what is chosen where the project leaves it open.
 
-use super::glazing;
 use super::sections::WindowSection;
 use super::table::Table;
 use crate::bins::ReinhartSky;
@@ -58,16 +57,21 @@ pub struct MethodSection {
     pub phases: Phases,
     /// Suns of the five-phase method.
     pub suns: SunScheme,
-    /// Division of the sky, Reinhart MF:n: as fine as the glazing asks, unless written.
-    pub sky: ReinhartSky,
-    /// Whether the sky was left to the glazing.
-    pub sky_follows_glazing: bool,
+    /// Division of the sky, Reinhart MF:n; `None`: as fine as the glazing asks.
+    pub sky: Option<ReinhartSky>,
     /// Whether `suns` was written.
     pub suns_are_given: bool,
-    /// Whether no window that suns could be traced through passes a sun as such: diffuse panels.
-    pub suns_are_spread: bool,
     /// Radiance's `-ab`; `None`: paths end by Russian roulette only, without bias.
     pub bounces: Option<u32>,
+}
+
+/// What the glazing asks of a method that is left open: known when its files are read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Glazing {
+    /// The sky that is fine enough for it.
+    pub sky: ReinhartSky,
+    /// Whether no window that suns could be traced through passes a sun as such: diffuse panels.
+    pub spreads_suns: bool,
 }
 
 /// The method that a run follows.
@@ -82,22 +86,8 @@ pub struct Choice {
 impl MethodSection {
     pub(super) fn read(table: Option<Table<'_, '_>>, windows: &[WindowSection]) -> Result<Self> {
         let patches = SunScheme::Patches(ReinhartSky::new(SunScheme::DEFAULT_SUBDIVISION)?);
-        let mut method = Self {
-            phases: Phases::Auto,
-            suns: patches,
-            sky: glazing::sky(windows)?,
-            bounces: None,
-            sky_follows_glazing: true,
-            suns_are_given: false,
-            suns_are_spread: false,
-        };
-        let mut sunny = windows.iter().filter(|w| w.lets_suns_through()).peekable();
-        // Real slats in front of a window are as sharp as they are, whatever its scattering data say.
-        let spread = |w: &WindowSection| w.shade.is_none() && glazing::is_diffuse(w);
-        let Some(mut table) = table else {
-            method.suns_are_spread = sunny.peek().is_some() && sunny.all(spread);
-            return Ok(method);
-        };
+        let mut method = Self { phases: Phases::Auto, suns: patches, sky: None, bounces: None, suns_are_given: false };
+        let Some(mut table) = table else { return Ok(method) };
         method.phases = match table.integer_or_choice("phases", 2..=5, &["auto"])? {
             None | Some(Err(_)) => Phases::Auto,
             Some(Ok(2)) => Phases::Two,
@@ -116,10 +106,7 @@ impl MethodSection {
         };
         match table.integer_or_choice("sky_subdivision", 1..=6, &["auto"])? {
             None | Some(Err(_)) => {}
-            Some(Ok(n)) => (method.sky, method.sky_follows_glazing) = (ReinhartSky::new(n as usize)?, false),
-        }
-        if method.phases == Phases::Auto && suns.is_none() {
-            method.suns_are_spread = sunny.peek().is_some() && sunny.all(spread);
+            Some(Ok(n)) => method.sky = Some(ReinhartSky::new(n as usize)?),
         }
         method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
         let shaded = windows.iter().find(|w| w.lets_suns_through());
@@ -146,14 +133,14 @@ impl MethodSection {
         Ok(method)
     }
 
-    /// The method for these windows.
-    pub fn choice(&self, windows: &[WindowSection]) -> Choice {
+    /// The method for these windows and their glazing.
+    pub fn choice(&self, windows: &[WindowSection], glazing: &Glazing) -> Choice {
         let shaded = windows.iter().any(WindowSection::lets_suns_through);
         match self.phases {
             Phases::Two => Choice { phases: 2, why: "as asked: daylight coefficients V·T·D are kept" },
             Phases::Three => Choice { phases: 3, why: "as asked" },
             Phases::Five => Choice { phases: 5, why: "as asked" },
-            Phases::Auto if shaded && self.suns_are_spread => {
+            Phases::Auto if shaded && !self.suns_are_given && glazing.spreads_suns => {
                 Choice { phases: 3, why: "the windows that suns could be traced through spread all light evenly" }
             }
             Phases::Auto if shaded => {

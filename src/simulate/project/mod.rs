@@ -38,24 +38,29 @@
 //! seed = 1
 //! ```
 //!
-//! Paths are relative to the file. Each section is one struct with one function that reads it, so
+//! Paths are relative to the file. Of the files that it names only the points of `[[views]]` are read here.
+//! Each section is one struct with one function that reads it, so
 //! that a section added later touches nothing else.
 
+pub mod builder;
+mod check;
+mod document;
 pub mod given;
 pub mod glare;
-pub mod glazing;
 pub mod method;
 pub mod quality;
 mod sections;
+mod spelling;
 mod table;
 mod view_grid;
 pub mod views;
 
+pub use self::document::Place;
+use self::document::Places;
 use self::glare::GlareSection;
 use self::method::MethodSection;
 pub use self::quality::{Preset, QualitySection};
 pub use self::sections::{SceneSection, SensorsSection, WeatherSection, WindowSection};
-pub use self::table::Place;
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
@@ -86,6 +91,8 @@ pub struct Project {
     pub method: MethodSection,
     /// `[quality]`
     pub quality: QualitySection,
+    /// Where its sections stand, for faults that show when its files are read.
+    pub(crate) places: Places,
 }
 
 impl Project {
@@ -126,7 +133,6 @@ impl Project {
         if sensors.is_empty() && views.is_empty() {
             return Err(top.missing_section("sensors", "add [[sensors]] with name and points, or [[view]] with name and file"));
         }
-        views.iter().try_for_each(|v| v.given.check(&top, &v.name, method.choice(&windows).phases))?;
         if images.hours != ImageHours::None && views.is_empty() {
             return Err(top.missing_section("view", "[images] needs at least one [[view]] with name and file"));
         }
@@ -138,15 +144,17 @@ impl Project {
         {
             return Err(top.error("view", format!("a view cannot have the name '{}': a table of glare has it", view.name)));
         }
-        states_match(&top, &windows)?;
-        states_have_results(&top, &windows, &sensors, &images, method.choice(&windows).phases)?;
-        imports_match(&top, method.choice(&windows).phases, &windows, &sensors)?;
         unique(&top, "window", windows.iter().map(|w| w.name.as_str()))?;
         unique(&top, "sensors", sensors.iter().map(|s| s.name.as_str()))?;
         // Both give matrices V_NAME.
         unique(&top, "view", sensors.iter().map(|s| s.name.as_str()).chain(views.iter().map(|v| v.name.as_str())))?;
+        let [window, sensor, view, image] = ["window", "sensors", "view", "images"].map(|key| top.place(key));
+        let places = Places { window, sensors: sensor, view, images: image };
         top.finish()?;
-        Ok(Self { file: file.to_path_buf(), weather, scene, windows, sensors, views, glare, images, method, quality })
+        let file = file.to_path_buf();
+        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, places };
+        project.states_match()?;
+        Ok(project)
     }
 }
 
@@ -162,310 +170,5 @@ fn unique<'n>(top: &Table<'_, '_>, section: &str, names: impl Iterator<Item = &'
     Ok(())
 }
 
-/// Windows with several states change them together.
-fn states_match(top: &Table<'_, '_>, windows: &[WindowSection]) -> Result<()> {
-    let mut changing = windows.iter().filter(|w| !w.states.is_empty());
-    let Some(first) = changing.next() else { return Ok(()) };
-    match changing.find(|w| w.states.len() != first.states.len()) {
-        None => Ok(()),
-        Some(other) => Err(top
-            .error(
-                "window",
-                format!("window '{}' has {} states, '{}' has {}", first.name, first.states.len(), other.name, other.states.len()),
-            )
-            .help("give all windows with states the same number: the first of each belong together, and so on")),
-    }
-}
-
-/// Glare alone is computed for each state; anything else would be that of the first.
-fn states_have_results(
-    top: &Table<'_, '_>,
-    windows: &[WindowSection],
-    sensors: &[SensorsSection],
-    images: &ImagesSection,
-    phases: u32,
-) -> Result<()> {
-    let Some(window) = windows.iter().find(|w| w.states.len() > 1) else { return Ok(()) };
-    const HELP: &str =
-        "write a project for each state, with 'bsdf' in place of 'states'; 'lucarne run A.toml B.toml' traces what they share once";
-    if let Some(sunny) = windows.iter().find(|w| w.lets_suns_through()).filter(|_| phases == 5) {
-        return Err(top
-            .error("window", format!("the sun would be traced through the shade or tensor tree of window '{}' in all states", sunny.name))
-            .help(format!("{HELP}; each with its own shade or tensor_tree")));
-    }
-    let wanted = if !sensors.is_empty() {
-        Some(("sensors", "illuminance"))
-    } else if images.hours != ImageHours::None || images.components {
-        Some(("images", "a picture"))
-    } else {
-        None
-    };
-    match wanted {
-        None => Ok(()),
-        Some((section, what)) => {
-            let text = format!("window '{}' has {} states, but {what} is computed for one state only", window.name, window.states.len());
-            Err(top.error(section, text).help(HELP))
-        }
-    }
-}
-
-/// Five phases need the straight parts too, and only they need suns.
-fn imports_match(top: &Table<'_, '_>, phases: u32, windows: &[WindowSection], sensors: &[SensorsSection]) -> Result<()> {
-    let all = windows.iter().map(|w| ("window", &w.name, "daylight", &w.daylight));
-    for (section, name, key, given) in all.chain(sensors.iter().map(|s| ("sensors", &s.name, "view", &s.view))) {
-        if phases == 5 && given.as_ref().is_some_and(|g| g.direct.is_none()) {
-            return Err(top
-                .error(section, format!("'{name}' has a matrix '{key}' without its straight part, which five phases subtract"))
-                .help(format!("add {key}_direct = \"….mtx\"")));
-        }
-    }
-    match sensors.iter().find(|s| phases != 5 && s.sun.is_some()) {
-        None => Ok(()),
-        Some(group) => Err(top
-            .error("sensors", format!("'{}' has a sun matrix, which only five phases use", group.name))
-            .help("write phases = 5 and give the window a shade or tensor_tree, or take 'sun' out")),
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::error::Error;
-    use crate::simulate::project::method::Phases;
-
-    const GOOD: &str = r#"
-[weather]
-file = "a.wea"
-[scene]
-files = ["m.rad", "r.rad"]
-[[window]]
-name = "south"
-surface = "w.rad"
-bsdf = "b.xml"
-[[sensors]]
-name = "workplane"
-points = "p.txt"
-[method]
-phases = 3
-sky_subdivision = 4
-bounces = 4
-[quality]
-preset = "final"
-seed = 0x2a
-"#;
-
-    fn folder() -> tempfile::TempDir {
-        let folder = tempfile::tempdir().unwrap();
-        for f in ["a.wea", "m.rad", "r.rad", "w.rad", "b.xml", "p.txt", "s.rad"] {
-            std::fs::write(folder.path().join(f), "").unwrap();
-        }
-        folder
-    }
-
-    fn read(text: &str) -> Result<Project> {
-        let folder = folder();
-        let file = folder.path().join("project.toml");
-        std::fs::write(&file, text).unwrap();
-        Project::read(&file)
-    }
-
-    fn complaint(text: &str) -> String {
-        let message = read(text).unwrap_err().to_string();
-        message[message.find("project.toml").expect("the file is named")..].to_string()
-    }
-
-    #[test]
-    fn a_sound_project_is_read_with_paths_relative_to_it() {
-        let p = read(GOOD).unwrap();
-        assert!(p.weather.file.ends_with("a.wea") && p.weather.file.is_absolute());
-        assert_eq!(p.scene.files.len(), 2);
-        assert_eq!((p.windows[0].name.as_str(), p.sensors[0].name.as_str()), ("south", "workplane"));
-        assert_eq!((p.method.phases, p.method.sky.subdivision(), p.method.bounces), (Phases::Three, 4, Some(4)));
-        assert_eq!((p.quality.preset, p.quality.seed), (Preset::Final, 42));
-    }
-
-    #[test]
-    fn what_is_left_out_has_defaults() {
-        let p = read(&GOOD[..GOOD.find("[method]").unwrap()]).unwrap();
-        assert_eq!(
-            (p.method.phases, p.method.sky.subdivision(), p.method.bounces),
-            (Phases::Auto, 4, None),
-            "b.xml is no BSDF of a diffuse panel"
-        );
-        assert_eq!(p.method.choice(&p.windows).phases, 3);
-        assert_eq!((p.quality.preset, p.quality.seed), (Preset::Standard, 1));
-    }
-
-    #[test]
-    fn every_fault_is_answered_with_line_key_and_remedy() {
-        // What is replaced by what, the line and the words that must be in the complaint.
-        let cases: &[(&str, &str, usize, &[&str])] = &[
-            ("bounces = 4", "bouncs = 4", 16, &["'bouncs'", "[method]", "did you mean 'bounces'?"]),
-            ("[quality]", "[qualty]", 17, &["'qualty'", "did you mean 'quality'?"]),
-            ("[[window]]", "[[windows]]", 6, &["'windows'", "did you mean 'window'?"]),
-            ("[scene]", "[colours]", 1, &["the project has no 'scene'", "add [scene]"]),
-            ("files = [", "file = [", 5, &["'file'", "[scene]", "did you mean 'files'?"]),
-            ("[[window]]", "[window]", 6, &["window", "[[window]]"]),
-            ("bsdf = \"b.xml\"", "bsfd = \"b.xml\"", 9, &["'bsfd'", "did you mean 'bsdf'?"]),
-            ("bsdf = \"b.xml\"", "", 6, &["[window 1] has no 'bsdf'", "Klems"]),
-            ("bsdf = \"b.xml\"", "bsdf = \"c.xml\"", 9, &["window 1.bsdf", "no file", "c.xml", "relative"]),
-            ("surface = \"w.rad\"", "surface = 3", 8, &["window 1.surface", "a whole number", "text"]),
-            ("sky_subdivision = 4", "sky_subdivision = 7", 15, &["method.sky_subdivision", "1 to 6"]),
-            ("sky_subdivision = 4", "sky_subdivision = 1.5", 15, &["a number, not a whole number"]),
-            ("bounces = 4", "bounces = -1", 16, &["method.bounces", "out of range"]),
-            ("phases = 3", "phases = 4", 14, &["4 phases", "choose 2, 3, 5"]),
-            ("\"final\"", "\"best\"", 18, &["'best'", "\"draft\", \"standard\", \"final\""]),
-            ("seed = 0x2a", "seed = 99999999999999999999", 19, &["quality.seed", "out of range"]),
-            ("seed = 0x2a", "target_error = 0.02", 19, &["quality.target_error", "'preset' and 'target_error' contradict", "keep one"]),
-            ("preset = \"final\"", "rounds = 3\ntime_limit = \"5 min\"", 18, &["quality.rounds", "'time_limit' and 'rounds'"]),
-            ("preset = \"final\"", "target_error = 2", 18, &["quality.target_error", "from 0.0001 to 0.5"]),
-            ("preset = \"final\"", "target_error = 0.0", 18, &["quality.target_error", "out of range"]),
-            ("preset = \"final\"", "time_limit = \"5 fortnights\"", 18, &["quality.time_limit", "'5 fortnights'", "5 min"]),
-            ("preset = \"final\"", "time_limit = \"-1 s\"", 18, &["quality.time_limit", "'-1 s'"]),
-            ("[\"m.rad\", \"r.rad\"]", "[]", 5, &["scene.files", "empty"]),
-            ("[\"m.rad\", \"r.rad\"]", "[\"m.rad\", 3]", 5, &["scene.files", "name of a file"]),
-            ("[\"m.rad\", \"r.rad\"]", "\"m.rad\"", 5, &["scene.files", "a list of files"]),
-            ("file = \"a.wea\"", "", 2, &["[weather] has no 'file'"]),
-            ("name = \"south\"", "name = \"a/b\"", 7, &["window 1.name", "file name"]),
-            ("name = \"south\"", "name = \"../x\"", 7, &["window 1.name", "file name"]),
-            ("points = \"p.txt\"", "points = \".\"", 12, &["sensors 1.points", "a folder"]),
-            ("phases = 3", "phases = = 3", 14, &["toml.io"]),
-            ("phases = 3", "phases = 5", 14, &["five phases need a window", "shade"]),
-            ("phases = 3", "phases = \"some\"", 14, &["'some'", "\"auto\""]),
-            ("phases = 3", "phases = 3\nsuns = 4", 15, &["suns are traced by five phases only"]),
-            ("phases = 3", "suns = \"daily\"", 14, &["'daily'", "\"hourly\""]),
-            ("phases = 3", "suns = 7", 14, &["1 to 6"]),
-            ("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"s.rad\"", 15, &["'south' has a shade", "phases = 5"]),
-            ("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"t.rad\"", 10, &["window 1.shade", "no file"]),
-        ];
-        for (from, to, line, words) in cases {
-            assert!(GOOD.contains(from));
-            let message = complaint(&GOOD.replacen(from, to, 1));
-            assert!(message.starts_with(&format!("project.toml:{line}: ")), "{to}: wanted line {line}: {message}");
-            for word in *words {
-                assert!(message.contains(word), "{to}: no '{word}' in: {message}");
-            }
-        }
-    }
-
-    #[test]
-    fn accuracy_is_asked_for_in_one_way() {
-        use crate::simulate::project::quality::Stop;
-        use std::time::Duration;
-        let stop = |text: &str| read(&GOOD.replace("preset = \"final\"", text)).unwrap().quality.stop();
-        assert_eq!(stop(""), Stop::Rounds(1));
-        assert_eq!(stop("preset = \"final\""), Stop::Rounds(16));
-        assert_eq!(stop("target_error = 0.02"), Stop::Adaptive { target: Some(0.02), time: None, rounds: None });
-        assert_eq!(stop("rounds = 7"), Stop::Adaptive { target: None, time: None, rounds: Some(7) });
-        let both = stop("target_error = 0.01\ntime_limit = \"1.5 h\"");
-        assert_eq!(both, Stop::Adaptive { target: Some(0.01), time: Some(Duration::from_secs(5400)), rounds: None });
-    }
-
-    #[test]
-    fn a_shade_makes_five_phases() {
-        use crate::simulate::project::method::SunScheme;
-        let shaded = GOOD.replace("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"s.rad\"");
-        for (phases, suns) in [
-            ("phases = \"auto\"\nsuns = \"hourly\"", SunScheme::HOURLY),
-            ("phases = 5\nsuns = 4", SunScheme::Patches(crate::bins::ReinhartSky::new(4).unwrap())),
-        ] {
-            let p = read(&shaded.replace("phases = 3", phases)).unwrap();
-            assert_eq!(p.method.choice(&p.windows).phases, 5);
-            assert_eq!(p.method.suns, suns);
-            assert!(p.windows[0].shade.as_ref().is_some_and(|s| s.ends_with("s.rad")));
-        }
-        let p = read(&GOOD.replace("phases = 3", "phases = 2")).unwrap();
-        assert_eq!((p.method.phases, p.method.choice(&p.windows).phases), (Phases::Two, 2));
-    }
-
-    #[test]
-    fn views_and_hours_of_pictures_are_read() {
-        let view = "[[view]]\nname = \"desk\"\nfile = \"m.rad\"\nresolution = [400, 300]\n";
-        let p = read(&format!("{GOOD}{view}[images]\nhours = [12, 3]\n")).unwrap();
-        assert_eq!((p.views[0].name.as_str(), p.views[0].resolution), ("desk", [400, 300]));
-        assert_eq!(p.images.hours, ImageHours::Chosen(vec![12, 3]));
-        assert_eq!(read(&format!("{GOOD}{view}[images]\nhours = \"daylight\"\n")).unwrap().images.hours, ImageHours::Daylight);
-        assert_eq!(read(GOOD).unwrap().images.hours, ImageHours::None);
-        for (wrong, words) in [
-            ("resolution = [400]", "two numbers"),
-            ("resolution = [400, 0]", "out of range"),
-            ("resolution = 400", "a list of whole numbers"),
-            ("name = \"workplane\"", "two sections"),
-        ] {
-            let line = if wrong.starts_with("name") {
-                view.replace("name = \"desk\"", wrong)
-            } else {
-                view.replace("resolution = [400, 300]", wrong)
-            };
-            let message = complaint(&format!("{GOOD}{line}"));
-            assert!(message.contains(words), "{wrong}: {message}");
-        }
-        assert!(complaint(&format!("{GOOD}[images]\nhours = \"daylight\"\n")).contains("[[view]]"));
-        assert!(complaint(&format!("{GOOD}{view}[images]\nhours = \"night\"\n")).contains("'night'"));
-    }
-
-    #[test]
-    fn states_are_for_glare_alone() {
-        let states = GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\", \"w.rad\"]");
-        let message = complaint(&states);
-        assert!(message.starts_with("project.toml:10: sensors: ") && message.contains("'south' has 2 states"), "{message}");
-        assert!(message.contains("illuminance is computed for one state only") && message.contains("a project for each state"));
-        let view = "[[view]]\nname = \"desk\"\nfile = \"m.rad\"\n";
-        let glare = states.replace("[[sensors]]\nname = \"workplane\"\npoints = \"p.txt\"\n", view) + "[glare]\n";
-        assert_eq!(read(&glare).unwrap().windows[0].states.len(), 2);
-        for images in ["hours = [12]", "hours = \"daylight\"", "components = true"] {
-            let message = complaint(&format!("{glare}[images]\n{images}\n"));
-            assert!(message.contains("images: ") && message.contains("a picture is computed for one state only"), "{message}");
-        }
-        let traced = glare.replace("phases = 3", "phases = 5").replace("surface = \"w.rad\"", "surface = \"w.rad\"\nshade = \"s.rad\"");
-        assert!(complaint(&traced).contains("tensor tree of window 'south' in all states"), "{}", complaint(&traced));
-        // One state is no choice.
-        assert!(read(&GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\"]")).is_ok());
-    }
-
-    #[test]
-    fn names_used_twice_are_refused() {
-        let twice = format!("{GOOD}[[sensors]]\nname = \"Workplane\"\npoints = \"p.txt\"\n");
-        assert!(complaint(&twice).contains("two sections [[sensors]] have the name 'Workplane'"));
-    }
-
-    #[test]
-    fn faults_that_show_later_still_name_the_projects_line_and_key() {
-        let view = |resolution: &str| format!("[[view]]\nname = \"desk\"\nfile = \"v.vf\"\nresolution = {resolution}\n");
-        let folder = folder();
-        let at = |name: &str| folder.path().join(name);
-        std::fs::write(at("v.vf"), "rvu -vtv -vh 10 -vv 170\n").unwrap();
-        std::fs::write(at("up.txt"), "1 1 1 0 1 0\n2 2 2 0 0 1\n").unwrap();
-        let read = |text: &str| {
-            std::fs::write(at("project.toml"), text).unwrap();
-            Project::read(&at("project.toml"))
-        };
-        let starts = |e: Error, start: &str| {
-            let text = e.to_string();
-            assert!(text.contains(start) && !text.split("help:").next().unwrap().contains(" -"), "{text}");
-        };
-        let project = read(&format!("{GOOD}{}[images]\nhours = [3, 9000]\n", view("[4, 4]"))).unwrap();
-        let place = project.images.place.as_ref().unwrap();
-        starts(place.of(Error::new("there is no hour 9000")), "project.toml:25: images.hours: there is no hour 9000");
-        starts(project.views[0].raster().unwrap_err(), "project.toml:23: view 1.resolution: 4 × 4 square pixels are too few");
-        assert!(read(&format!("{GOOD}{}", view("[1, 400]"))).unwrap().views[0].raster().is_ok());
-        let looking_up = format!("{GOOD}[[views]]\nname = \"seats\"\npoints = \"up.txt\"\n");
-        starts(read(&looking_up).unwrap_err(), "up.txt:2: this point looks straight up or down");
-        let comma = read(&GOOD.replace("preset = \"final\"", "target_error = 0,02")).unwrap_err().to_string();
-        assert!(comma.contains("project.toml:18: ") && comma.contains("write a point in place of the comma: 0.02"), "{comma}");
-    }
-
-    #[test]
-    fn garbage_is_refused_without_panic() {
-        for cut in 0..GOOD.len() {
-            if GOOD.is_char_boundary(cut) {
-                let _ = read(&GOOD[..cut]);
-            }
-        }
-        let folder = folder();
-        let file = folder.path().join("project.toml");
-        std::fs::write(&file, [b'\n', 0xff, 0xfe, 0, 1]).unwrap();
-        assert!(Project::read(&file).unwrap_err().to_string().contains("project.toml:2: this is binary data, not a project file"));
-        assert!(Project::read(&folder.path().join("none.toml")).is_err());
-    }
-}
+mod tests;

@@ -1,68 +1,17 @@
 //! Reading TOML tables so that every complaint names the file, the line and the key, and a
 //! misspelt key is answered with the one that was probably meant.
 
+pub(super) use super::document::{Document, Place};
+use super::spelling::nearest;
 use crate::error::{Error, Result};
 use crate::image::series::Pattern;
-use crate::text;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-/// A whole TOML file as text, kept for line numbers.
-pub struct Document<'a> {
-    file: &'a Path,
-    text: &'a str,
-}
-
-impl<'a> Document<'a> {
-    /// A document around its text; `file` is named in errors and is what paths are relative to.
-    pub fn new(file: &'a Path, text: &'a str) -> Self {
-        Self { file, text }
-    }
-
-    /// Parses the text into its top table.
-    ///
-    /// # Errors
-    /// If it is not TOML.
-    pub fn parse(&self) -> Result<DeTable<'a>> {
-        DeTable::parse(self.text).map(Spanned::into_inner).map_err(|e| {
-            let error = self.error_at(e.span().map_or(0, |s| s.start), e.message().trim().replace('\n', " "));
-            let line = self.text.lines().nth(e.span().map_or(0, |s| self.line_at(s.start) - 1)).unwrap_or_default();
-            let value = line.split_once('=').map_or("", |(_, value)| value.trim());
-            if text::why_no_number(value).is_empty() {
-                return error.help("see https://toml.io for how such files are written");
-            }
-            error.help(format!("write a point in place of the comma: {}", value.replacen(',', ".", 1)))
-        })
-    }
-
-    fn error_at(&self, offset: usize, message: impl Into<String>) -> Error {
-        Error::new(message).file(self.file).line(self.line_at(offset))
-    }
-
-    fn line_at(&self, offset: usize) -> usize {
-        1 + self.text.as_bytes()[..offset.min(self.text.len())].iter().filter(|&&b| b == b'\n').count()
-    }
-}
-
-/// Where a key of a project file stands: for faults of its value that show only later.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
-    file: PathBuf,
-    line: usize,
-    field: String,
-}
-
-impl Place {
-    /// The error with this place, unless it names one.
-    pub fn of(&self, error: Error) -> Error {
-        error.file(&self.file).line(self.line).field(&self.field)
-    }
-}
-
 /// One table being read. Every key that is asked for is remembered as known; [`finish`](Self::finish)
 /// refuses the rest. So the list of keys stands nowhere but in the code that reads them.
-pub struct Table<'d, 'a> {
+pub(super) struct Table<'d, 'a> {
     document: &'d Document<'a>,
     /// `weather`, `window 2`, … for messages; empty for the top.
     name: String,
@@ -74,7 +23,7 @@ pub struct Table<'d, 'a> {
 
 impl<'d, 'a> Table<'d, 'a> {
     /// The top table of a document.
-    pub fn top(document: &'d Document<'a>, entries: &'d DeTable<'a>) -> Self {
+    pub(super) fn top(document: &'d Document<'a>, entries: &'d DeTable<'a>) -> Self {
         Self { document, name: String::new(), entries, offset: 0, known: Vec::new() }
     }
 
@@ -90,12 +39,12 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// An error about the value of a key, with its place.
-    pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
+    pub(super) fn error(&self, key: &str, message: impl Into<String>) -> Error {
         self.place(key).of(Error::new(message))
     }
 
     /// Where a key stands, or its table if it is left out.
-    pub fn place(&self, key: &str) -> Place {
+    pub(super) fn place(&self, key: &str) -> Place {
         let offset = self.entries.get(key).map_or(self.offset, |v| v.span().start);
         Place { file: self.document.file.to_path_buf(), line: self.document.line_at(offset), field: self.field(key) }
     }
@@ -115,7 +64,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A text.
-    pub fn string(&mut self, key: &'static str) -> Result<Option<String>> {
+    pub(super) fn string(&mut self, key: &'static str) -> Result<Option<String>> {
         match self.get(key).map(Spanned::get_ref) {
             None => Ok(None),
             Some(DeValue::String(s)) if s.trim().is_empty() => Err(self.error(key, "this text is empty")),
@@ -125,12 +74,12 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A text that must be there.
-    pub fn required_string(&mut self, key: &'static str, help: &str) -> Result<String> {
+    pub(super) fn required_string(&mut self, key: &'static str, help: &str) -> Result<String> {
         self.string(key)?.ok_or_else(|| self.missing(key, help))
     }
 
     /// One of several words.
-    pub fn choice<T: Copy>(&mut self, key: &'static str, choices: &[(&str, T)]) -> Result<Option<T>> {
+    pub(super) fn choice<T: Copy>(&mut self, key: &'static str, choices: &[(&str, T)]) -> Result<Option<T>> {
         self.choice_beside(key, choices, "")
     }
 
@@ -144,13 +93,13 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A path, relative to the document's folder. The file must exist.
-    pub fn path(&mut self, key: &'static str) -> Result<Option<PathBuf>> {
+    pub(super) fn path(&mut self, key: &'static str) -> Result<Option<PathBuf>> {
         let text = self.string(key)?;
         text.map(|t| self.existing_file(key, &t)).transpose()
     }
 
     /// A pattern of numbered files (`v%03d.hdr`), relative to the document's folder.
-    pub fn pattern(&mut self, key: &'static str) -> Result<Option<Pattern>> {
+    pub(super) fn pattern(&mut self, key: &'static str) -> Result<Option<Pattern>> {
         let Some(text) = self.string(key)? else { return Ok(None) };
         let parsed = Pattern::inside(self.document.file.parent().unwrap_or(Path::new("")), &text);
         let help = "write v%03d.hdr or the like";
@@ -158,12 +107,12 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A path that must be there.
-    pub fn required_path(&mut self, key: &'static str, help: &str) -> Result<PathBuf> {
+    pub(super) fn required_path(&mut self, key: &'static str, help: &str) -> Result<PathBuf> {
         self.path(key)?.ok_or_else(|| self.missing(key, help))
     }
 
     /// A non-empty list of paths.
-    pub fn required_paths(&mut self, key: &'static str, help: &str) -> Result<Vec<PathBuf>> {
+    pub(super) fn required_paths(&mut self, key: &'static str, help: &str) -> Result<Vec<PathBuf>> {
         if self.get(key).is_none() {
             return Err(self.missing(key, help));
         }
@@ -175,7 +124,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A list of paths of files that exist, empty if the key is absent.
-    pub fn paths(&mut self, key: &'static str) -> Result<Vec<PathBuf>> {
+    pub(super) fn paths(&mut self, key: &'static str) -> Result<Vec<PathBuf>> {
         let Some(value) = self.get(key) else { return Ok(Vec::new()) };
         let DeValue::Array(items) = value.get_ref() else {
             return Err(self.wrong_type(key, value.get_ref(), "a list of files like [\"a.rad\", \"b.rad\"]"));
@@ -208,7 +157,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A whole number within limits.
-    pub fn integer(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<u64>> {
+    pub(super) fn integer(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<u64>> {
         let value = match self.get(key).map(Spanned::get_ref) {
             None => return Ok(None),
             Some(DeValue::Integer(i)) => i64::from_str_radix(i.as_str(), i.radix()).ok().and_then(|v| u64::try_from(v).ok()),
@@ -226,7 +175,7 @@ impl<'d, 'a> Table<'d, 'a> {
 
     /// A whole number within limits (`Ok`) or one of several words (`Err`).
     #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
-    pub fn integer_or_choice(
+    pub(super) fn integer_or_choice(
         &mut self,
         key: &'static str,
         limits: std::ops::RangeInclusive<u64>,
@@ -241,7 +190,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// True or false.
-    pub fn boolean(&mut self, key: &'static str) -> Result<Option<bool>> {
+    pub(super) fn boolean(&mut self, key: &'static str) -> Result<Option<bool>> {
         match self.get(key).map(Spanned::get_ref) {
             None => Ok(None),
             Some(DeValue::Boolean(value)) => Ok(Some(*value)),
@@ -250,7 +199,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A number, whole or not, within limits.
-    pub fn number(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<f64>> {
+    pub(super) fn number(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<f64>> {
         match self.get(key).map(Spanned::get_ref) {
             None => Ok(None),
             Some(value) => self.number_of(key, value, &limits).map(Some),
@@ -258,7 +207,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A list of numbers within limits.
-    pub fn numbers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<Vec<f64>>> {
+    pub(super) fn numbers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<Vec<f64>>> {
         match self.get(key).map(Spanned::get_ref) {
             None => Ok(None),
             Some(DeValue::Array(items)) => items.iter().map(|i| self.number_of(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
@@ -278,7 +227,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A list of whole numbers within limits.
-    pub fn integers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<Vec<u64>>> {
+    pub(super) fn integers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<Vec<u64>>> {
         match self.get(key).map(Spanned::get_ref) {
             None => Ok(None),
             Some(DeValue::Array(items)) => items.iter().map(|i| self.listed(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
@@ -300,7 +249,7 @@ impl<'d, 'a> Table<'d, 'a> {
 
     /// A list of whole numbers within limits (`Ok`) or one of several words (`Err`).
     #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
-    pub fn integers_or_choice(
+    pub(super) fn integers_or_choice(
         &mut self,
         key: &'static str,
         limits: std::ops::RangeInclusive<u64>,
@@ -314,7 +263,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A table inside this one.
-    pub fn table(&mut self, key: &'static str) -> Result<Option<Table<'d, 'a>>> {
+    pub(super) fn table(&mut self, key: &'static str) -> Result<Option<Table<'d, 'a>>> {
         let Some(value) = self.get(key) else { return Ok(None) };
         let DeValue::Table(entries) = value.get_ref() else {
             return Err(self.wrong_type(key, value.get_ref(), &format!("a section [{key}]")));
@@ -329,12 +278,12 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// A table that must be there.
-    pub fn required_table(&mut self, key: &'static str, help: &str) -> Result<Table<'d, 'a>> {
+    pub(super) fn required_table(&mut self, key: &'static str, help: &str) -> Result<Table<'d, 'a>> {
         self.table(key)?.ok_or_else(|| self.missing(key, help))
     }
 
     /// An array of tables (`[[key]]`), possibly absent.
-    pub fn tables(&mut self, key: &'static str) -> Result<Vec<Table<'d, 'a>>> {
+    pub(super) fn tables(&mut self, key: &'static str) -> Result<Vec<Table<'d, 'a>>> {
         let Some(value) = self.get(key) else { return Ok(Vec::new()) };
         let wanted = format!("a section [[{key}]] (in double brackets: there may be several)");
         let DeValue::Array(items) = value.get_ref() else { return Err(self.wrong_type(key, value.get_ref(), &wanted)) };
@@ -353,7 +302,7 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     /// An error that the table as a whole lacks something.
-    pub fn missing_section(&self, key: &'static str, help: &str) -> Error {
+    pub(super) fn missing_section(&self, key: &'static str, help: &str) -> Error {
         self.missing(key, help)
     }
 
@@ -361,7 +310,7 @@ impl<'d, 'a> Table<'d, 'a> {
     ///
     /// # Errors
     /// The first unknown key, with the nearest known one.
-    pub fn finish(self) -> Result<()> {
+    pub(super) fn finish(self) -> Result<()> {
         // The map is sorted by name; the user wants the first in the file.
         let unknown = self.entries.iter().filter(|(k, _)| !self.known.contains(&k.get_ref().as_ref())).min_by_key(|(k, _)| k.span().start);
         match unknown {
@@ -397,31 +346,6 @@ fn kind(value: &DeValue<'_>) -> &'static str {
     }
 }
 
-/// The word nearest to `word`, if it is near enough to be a slip of the pen.
-pub fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
-    let plain = |s: &str| s.to_lowercase().replace('-', "_");
-    let word = plain(word);
-    let (distance, near) = known.iter().map(|k| (edit_distance(&word, &plain(k)), *k)).min_by_key(|(d, _)| *d)?;
-    let part_of = word.len() >= 3 && (near.starts_with(&word) || word.starts_with(near));
-    (distance <= 1 + near.len() / 3 || part_of).then_some(near)
-}
-
-/// Levenshtein's distance: insertions, deletions and replacements that turn `a` into `b`.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 /// A name that can be part of a file name on every system.
 pub(super) fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
     let name = table.required_string("name", help)?;
@@ -432,27 +356,4 @@ pub(super) fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
             .help("use letters, digits, '-', '_', '.' and blanks, at most 100"));
     }
     Ok(name)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn edit_distances_are_levenshteins() {
-        assert_eq!(edit_distance("kitten", "sitting"), 3);
-        assert_eq!(edit_distance("", "abc"), 3);
-        assert_eq!(edit_distance("abc", ""), 3);
-        assert_eq!(edit_distance("same", "same"), 0);
-    }
-
-    #[test]
-    fn the_nearest_key_is_offered_only_when_it_is_near() {
-        let known = ["weather", "scene", "window", "sensors", "method", "quality"];
-        assert_eq!(nearest("windows", &known), Some("window"));
-        assert_eq!(nearest("Sensor", &known), Some("sensors"));
-        assert_eq!(nearest("wether", &known), Some("weather"));
-        assert_eq!(nearest("colour", &known), None);
-        assert_eq!(nearest("x", &[]), None);
-    }
 }

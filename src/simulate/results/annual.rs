@@ -8,8 +8,10 @@ use crate::simulate::inputs::SensorGroup;
 use crate::simulate::light::Light;
 use crate::simulate::sampling::chain::{Chain, relative_error};
 use crate::simulate::store::Store;
-use crate::weather::{Record, Steps};
+use crate::weather::Steps;
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
+use std::path::Path;
 
 /// A value and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,9 +64,14 @@ pub type SunVariance<'a> = dyn Fn(usize, Option<usize>) -> f64 + Sync + 'a;
 /// Memory for the deviations of a tile of sensors, bytes.
 const TILE_MEMORY: usize = 1 << 27;
 
+/// Illuminance of daylight autonomy, lx.
+pub const AUTONOMY_LX: f64 = 300.0;
+/// Useful daylight illuminance, lx.
+pub const USEFUL_LX: RangeInclusive<f64> = 100.0..=3000.0;
+
 /// Occupied hours of LM-83: 8:00 to 18:00 local standard time, every day.
-fn is_occupied(record: &Record) -> bool {
-    (8.0..18.0).contains(&record.hour)
+pub fn is_occupied(hour: f64) -> bool {
+    (8.0..18.0).contains(&hour)
 }
 
 /// Metrics of a row of illuminances: mean, autonomy, useful.
@@ -75,8 +82,8 @@ fn metrics(row: impl Iterator<Item = f64>, occupied: &[bool]) -> [f64; 3] {
         all += 1.0;
         if occupied {
             count += 1.0;
-            autonomy += f64::from(u8::from(lux >= 300.0));
-            useful += f64::from(u8::from((100.0..=3000.0).contains(&lux)));
+            autonomy += f64::from(u8::from(lux >= AUTONOMY_LX));
+            useful += f64::from(u8::from(USEFUL_LX.contains(&lux)));
         }
     }
     [sum / all.max(1.0), autonomy / count.max(1.0), useful / count.max(1.0)]
@@ -107,7 +114,7 @@ pub fn estimate(
     stage: &dyn Fn(f64) -> Result<()>,
 ) -> Result<YearErrors> {
     let records = &chain.inputs.weather.records;
-    let occupied: Vec<bool> = records.iter().map(is_occupied).collect();
+    let occupied: Vec<bool> = records.iter().map(|r| is_occupied(r.hour)).collect();
     let (count, hours) = (lux.rows(), lux.cols());
     let noise = Deviations::new(chain, light);
     let sums = chain.annual();
@@ -247,6 +254,10 @@ fn lux(value: f64) -> String {
     if value == 0.0 || value.abs() >= 0.1 { format!("{value:.3}") } else { format!("{value:.2e}") }
 }
 
+/// Columns of the table of metrics.
+const COLUMNS: &str = "sensor,x,y,z,mean_lx,mean_lx_standard_error,autonomy_300_lx,autonomy_300_lx_standard_error,\
+                       useful_100_3000_lx,useful_100_3000_lx_standard_error,note";
+
 /// Writes `illuminance/GROUP_annual.csv`: a sensor per line, every metric followed by its standard
 /// error, and `no light` where none arrives.
 ///
@@ -256,12 +267,7 @@ pub fn write(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &Group
     let path = store.illuminance_path(&format!("{}_annual", group.name), "csv");
     crate::files::write_atomically(&path, |out| {
         let fault = |e: std::io::Error| Error::io(&path, &e);
-        writeln!(
-            out,
-            "sensor,x,y,z,mean_lx,mean_lx_standard_error,autonomy_300_lx,autonomy_300_lx_standard_error,\
-             useful_100_3000_lx,useful_100_3000_lx_standard_error,note"
-        )
-        .map_err(fault)?;
+        writeln!(out, "{COLUMNS}").map_err(fault)?;
         for (i, (sensor, y)) in group.sensors.iter().zip(&year.sensors).enumerate() {
             let p = sensor.position;
             write!(out, "{},{},{},{},{},{}", i + 1, p.x, p.y, p.z, lux(y.mean.value), lux(y.mean.standard_error)).map_err(fault)?;
@@ -272,6 +278,26 @@ pub fn write(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &Group
         }
         Ok(())
     })
+}
+
+/// The metrics of a table that [`write`] wrote; nothing if there is no such file, or it is of another kind.
+pub fn read(path: &Path) -> Option<Vec<SensorYear>> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let mut lines = text.lines();
+    if lines.next()? != COLUMNS {
+        return None;
+    }
+    let sensor = |line: &str| {
+        let values: Vec<f64> = line.split(',').skip(4).map_while(|v| v.parse().ok()).collect();
+        let [mean, mean_error, autonomy, autonomy_error, useful, useful_error] = values[..] else { return None };
+        let estimated = |value, standard_error| Estimated { value, standard_error };
+        Some(SensorYear {
+            mean: estimated(mean, mean_error),
+            autonomy: estimated(autonomy, autonomy_error),
+            useful: estimated(useful, useful_error),
+        })
+    };
+    lines.map(sensor).collect()
 }
 
 #[cfg(test)]

@@ -8,9 +8,13 @@ use crate::simulate::inputs::SensorGroup;
 use crate::simulate::store::{Store, software};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use crate::weather::Record;
+use crate::weather::time::Time;
+use glam::DVec3;
+use std::io::BufRead;
+use std::path::Path;
 
 /// Luminous value of an RGB value: lm/m² (or cd/m²) of W/m² (W/m²sr).
-pub fn luminous(v: &[f32]) -> f64 {
+pub(crate) fn luminous(v: &[f32]) -> f64 {
     v.iter().zip(ILLUMINANCE_WEIGHTS).map(|(v, w)| f64::from(*v) * w).sum()
 }
 
@@ -22,7 +26,7 @@ pub fn luminous(v: &[f32]) -> f64 {
 ///
 /// # Errors
 /// Failures of the multiplier's device.
-pub fn illuminance<T: Copy + Default + Into<f64>>(
+pub(crate) fn illuminance<T: Copy + Default + Into<f64>>(
     multiplier: &dyn Multiplier,
     left: &Matrix<T>,
     right: &Matrix<f32>,
@@ -50,7 +54,7 @@ pub fn illuminance<T: Copy + Default + Into<f64>>(
 
 /// What a file of illuminances holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Content {
+pub(crate) enum Content {
     /// The illuminance.
     Illuminance,
     /// Its standard error.
@@ -62,7 +66,7 @@ pub enum Content {
 ///
 /// # Errors
 /// Failures of the file system.
-pub fn write_illuminance(
+pub(crate) fn write_illuminance(
     store: &Store,
     group: &SensorGroup,
     dark: &[bool],
@@ -99,6 +103,25 @@ pub fn write_illuminance(
         }
         Ok(())
     })
+}
+
+/// Positions and times of a table that [`write_illuminance`] wrote: `month,day,hour,1 (x y z),2 (x y z),…`.
+/// No positions if a column does not tell its own; nothing if there is no such file.
+pub(crate) fn read_table(path: &Path) -> Option<(Vec<DVec3>, Vec<Time>)> {
+    let mut lines = std::io::BufReader::new(std::fs::File::open(path).ok()?).lines();
+    let head = lines.next()?.ok()?;
+    let position = |label: &str| {
+        let inside = label.split_once('(')?.1.strip_suffix(')')?;
+        let n: Vec<f64> = inside.split_whitespace().filter_map(|v| v.parse().ok()).collect();
+        (n.len() == 3).then(|| DVec3::new(n[0], n[1], n[2]))
+    };
+    let positions: Option<Vec<DVec3>> = head.split(',').skip(3).map(position).collect();
+    let times = lines.map_while(|line| {
+        let line = line.ok()?;
+        let mut words = line.splitn(4, ',');
+        Some(Time { month: words.next()?.parse().ok()?, day: words.next()?.parse().ok()?, hour: words.next()?.parse().ok()? })
+    });
+    Some((positions.unwrap_or_default(), times.collect()))
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 pub mod annual;
 pub mod glare;
-pub mod illuminance;
+pub(crate) mod illuminance;
 pub mod pictures;
-pub mod sensors;
-pub mod suns;
-pub mod uncertainty;
-pub mod views;
+pub(crate) mod sensors;
+pub(crate) mod suns;
+pub(crate) mod uncertainty;
+pub(crate) mod views;

@@ -9,13 +9,14 @@ use crate::matrix::Matrix;
 use crate::matrix::file::{Format, write_matrix};
 use crate::simulate::context::Context;
 use crate::simulate::inputs::split;
-use crate::simulate::light::{multiply, transmitted};
+use crate::simulate::light::{Daylight, WindowLight, multiply, transmitted};
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::software;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One group of sensors.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SensorSummary {
     /// Its name.
     pub name: String,
@@ -51,7 +52,7 @@ fn spatial_autonomy_means(facing_up: usize, count: usize) -> String {
 ///
 /// # Errors
 /// Failures of the multiplier's device and of the file system.
-pub fn light_at_sensors(context: &Context<'_>, made: &Made<'_>) -> Result<Matrix<f32>> {
+pub(crate) fn light_at_sensors(context: &Context<'_>, made: &Made<'_>) -> Result<Matrix<f32>> {
     let (light, multiplier, inputs) = (made.light, made.multiplier, context.inputs);
     let (total, direct) = (made.sampled.view.total(), made.sampled.view.direct());
     let receivers = light.receivers(&total, &direct, inputs.differences());
@@ -98,10 +99,11 @@ fn write_terms(
 ///
 /// # Errors
 /// Failures of the file system.
-pub fn write_coefficients(context: &Context<'_>, made: &Made<'_>) -> Result<()> {
+pub(crate) fn write_coefficients(context: &Context<'_>, made: &Made<'_>) -> Result<()> {
     let inputs = context.inputs;
     let daylight: Vec<Matrix<f32>> = made.sampled.daylight.iter().map(|d| d.total()).collect();
-    let transmitted = transmitted(inputs, &inputs.transmissions(), &daylight, &|_| true)?;
+    let windows = WindowLight::of(inputs, &inputs.transmissions(), Daylight { total: &daylight, direct: &daylight });
+    let transmitted = transmitted(&windows, &windows.iter().map(|w| Some(w.all)).collect::<Vec<_>>())?;
     let coefficients = multiply(&made.sampled.view.total(), &transmitted).map(|v| v as f32);
     for (group, part) in inputs.sensors.iter().zip(split(&coefficients, &inputs.sensors)) {
         let key = *Fingerprint::new("DC").add_values(part.data());
@@ -114,7 +116,7 @@ pub fn write_coefficients(context: &Context<'_>, made: &Made<'_>) -> Result<()> 
 ///
 /// # Errors
 /// Failures of the multiplier's device, or when stopped.
-pub fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) -> Result<YearErrors> {
+pub(crate) fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) -> Result<YearErrors> {
     let stage = |fraction: f64| {
         context.progress.update("error estimate", fraction);
         context.check_stop()
@@ -129,7 +131,7 @@ pub fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) -> Resu
 ///
 /// # Errors
 /// Failures of the file system.
-pub fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors, dark: &[bool]) -> Result<Vec<SensorSummary>> {
+pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors, dark: &[bool]) -> Result<Vec<SensorSummary>> {
     let groups = &context.inputs.sensors;
     let records = &context.inputs.weather.records;
     let (mut sensors, mut rest) = (Vec::new(), dark);

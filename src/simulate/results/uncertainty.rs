@@ -17,10 +17,11 @@ use crate::simulate::multiply::select_columns;
 use crate::simulate::sampling::chain::Chain;
 use crate::simulate::sampling::estimate::mean_of;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Standard errors relative to the values, as fractions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct EstimatedError {
     /// Of a sensor's sum over all hours: median over the sensors. Where the mean is below 0.1 lx, in relation
     /// to that.
@@ -46,7 +47,7 @@ pub struct EstimatedError {
 }
 
 /// Rows of all sensors that the deviations are measured from, and what each replicate changes in them.
-pub struct Deviations<'m> {
+pub(crate) struct Deviations<'m> {
     chain: &'m Chain<'m>,
     /// Left factor of the formula, `[sensor][bin]`.
     receivers: Matrix<f32>,
@@ -59,7 +60,7 @@ pub struct Deviations<'m> {
 
 impl<'m> Deviations<'m> {
     /// Deviations of a chain whose mean light is `light`.
-    pub fn new(chain: &'m Chain<'m>, light: &'m Light) -> Self {
+    pub(crate) fn new(chain: &'m Chain<'m>, light: &'m Light) -> Self {
         let lit = |sky: &Matrix<f32>| select_columns(sky, &light.hours);
         let skies = Skies { whole: lit(chain.sky), sun: chain.sun.map(lit) };
         let (total, direct) = (chain.view.total(), chain.view.direct());
@@ -84,7 +85,7 @@ impl<'m> Deviations<'m> {
     ///
     /// # Errors
     /// Failures of the multiplier's device.
-    pub fn of(&self, multiplier: &dyn Multiplier, sensors: std::ops::Range<usize>) -> Result<Option<Matrix<f32>>> {
+    pub(crate) fn of(&self, multiplier: &dyn Multiplier, sensors: std::ops::Range<usize>) -> Result<Option<Matrix<f32>>> {
         let (replicates, n) = (self.chain.replicates(), sensors.len());
         if replicates < 2 || n == 0 {
             return Ok(None);

@@ -27,7 +27,7 @@ use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::software;
 use crate::simulate::store::sun_pictures::SunPictures;
 use crate::weather::Steps;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::time::Instant;
 
@@ -50,7 +50,8 @@ pub struct Made<'a> {
 }
 
 /// One view.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct ViewSummary {
     /// Its name.
     pub name: String,
@@ -77,7 +78,7 @@ struct EyeError {
 /// # Errors
 /// Views that cannot be, hours that the weather does not have, failures of device and file system, or when
 /// stopped.
-pub fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, warnings: &mut Warnings) -> Result<Vec<ViewSummary>> {
+pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, warnings: &mut Warnings) -> Result<Vec<ViewSummary>> {
     let project = context.project;
     let windows = context.inputs.geometry();
     let mut summaries = Vec::new();
@@ -135,7 +136,7 @@ pub fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, war
 }
 
 fn view_job<'a>(context: &Context<'a>, view: &'a ViewSection, windows: &'a [Window], refinement: u32) -> ViewJob<'a> {
-    ViewJob { context: *context, windows, view, options: image_options(context.project), refinement }
+    ViewJob { context: *context, windows, view, options: image_options(context.project, context.choice.phases), refinement }
 }
 
 /// Writes `images/NAME/img_%04d.hdr`, numbered by hour of the year ([`Steps::number`]), from the stored view
@@ -185,7 +186,7 @@ fn view_matrix(
     let clock = Instant::now();
     context.check_stop()?;
     let mut inputs = context.view_fingerprint("V of pictures");
-    inputs.add(&view.raster()?).add(&image_options(context.project));
+    inputs.add(&view.raster()?).add(&image_options(context.project, context.choice.phases));
     let target = context.project.quality.target_error;
     let refined = *inputs.clone().add(&asked);
     let mut statistics = TraceStatistics::default();

@@ -50,10 +50,10 @@ impl AnnualSum {
 
 /// A mean illuminance below this, lx, is dark: its error counts in relation to this. A room's dark corner, or
 /// what is behind a closed door, must not ask for a thousand times as many samples.
-pub const DARK: f64 = 0.1;
+pub(crate) const DARK: f64 = 0.1;
 
 /// The standard error of a mean illuminance in relation to it; nothing where there is no light.
-pub fn relative_error(mean: f64, standard_error: f64) -> Option<f64> {
+pub(crate) fn relative_error(mean: f64, standard_error: f64) -> Option<f64> {
     (mean > 0.0).then(|| standard_error / mean.max(DARK))
 }
 

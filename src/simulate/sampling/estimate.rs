@@ -155,7 +155,7 @@ impl Estimate {
 ///
 /// # Panics
 /// Without any.
-pub fn mean_of(matrices: &[Matrix<f32>]) -> Matrix<f32> {
+pub(crate) fn mean_of(matrices: &[Matrix<f32>]) -> Matrix<f32> {
     let first = &matrices[0];
     if matrices.len() == 1 {
         return first.clone();

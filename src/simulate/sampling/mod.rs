@@ -1,8 +1,8 @@
 //! Rounds of sampling: which matrix gets the next one, when to stop, and how to go on after a stop.
 
-pub mod chain;
-pub mod estimate;
-pub mod rounds;
+pub(crate) mod chain;
+pub(crate) mod estimate;
+pub(crate) mod rounds;
 
 use self::estimate::{Estimate, Spread};
 use self::rounds::Part;
@@ -16,7 +16,7 @@ use crate::simulate::store::fingerprint::Fingerprint;
 use std::time::{Duration, Instant};
 
 /// A matrix that can be sampled.
-pub struct Source<'a> {
+pub(crate) struct Source<'a> {
     /// Name of its results, `V` or `D_WINDOW`.
     pub name: String,
     /// What determines it, but for the number of rounds.
@@ -45,7 +45,7 @@ pub struct Judgement {
 }
 
 /// Tells how good estimates are.
-pub struct Judge<'a> {
+pub(crate) struct Judge<'a> {
     /// Of all sources.
     pub judge: &'a dyn Fn(&[Estimate]) -> Result<Judgement>,
     /// Of each value asked for, the sum of the squares by which it differs among the replicates of the source of
@@ -73,7 +73,7 @@ const MOST_ROUNDS: u32 = 1_000_000;
 /// # Errors
 /// Failures of tracing, of the judgement and of the file system; when stopped, after the state has
 /// been written.
-pub fn sample(
+pub(crate) fn sample(
     sources: &[Source<'_>],
     stop: Stop,
     store: &Store,

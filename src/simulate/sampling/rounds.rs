@@ -9,7 +9,7 @@ use crate::progress::Progress;
 ///
 /// # Errors
 /// The first error of `trace`.
-pub fn average(
+pub(crate) fn average(
     count: u32,
     progress: &dyn Progress,
     mut trace: impl FnMut(u32, &dyn Progress) -> Result<TracedMatrix>,
@@ -55,7 +55,7 @@ fn add(sum: &mut [f64], values: &[f32], f: impl Fn(f64) -> f64) {
 }
 
 /// A part of a stage.
-pub struct Part<'a> {
+pub(crate) struct Part<'a> {
     whole: &'a dyn Progress,
     first: f64,
     width: f64,
@@ -63,7 +63,7 @@ pub struct Part<'a> {
 
 impl<'a> Part<'a> {
     /// The part `number` (from 0) of `count` equal ones.
-    pub fn of(whole: &'a dyn Progress, number: usize, count: usize) -> Self {
+    pub(crate) fn of(whole: &'a dyn Progress, number: usize, count: usize) -> Self {
         Self { whole, first: number as f64 / count as f64, width: 1.0 / count as f64 }
     }
 }

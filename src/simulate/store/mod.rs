@@ -1,8 +1,8 @@
 //! The output folder: matrices that remember what they were computed from, and results.
 
-pub mod fingerprint;
+pub(crate) mod fingerprint;
 mod sun_coding;
-pub mod sun_pictures;
+pub(crate) mod sun_pictures;
 
 use self::fingerprint::Fingerprint;
 use crate::error::{Error, Result};
@@ -12,7 +12,7 @@ use crate::matrix::rows::MatrixRows;
 use std::path::{Path, PathBuf};
 
 /// Header key under which a matrix file keeps its [`Fingerprint`].
-pub const INPUTS: &str = "LUCARNE_INPUTS";
+pub(crate) const INPUTS: &str = "LUCARNE_INPUTS";
 
 /// An output folder: `matrices/` and `illuminance/`.
 pub struct Store {
@@ -61,6 +61,14 @@ impl Store {
         std::fs::hard_link(&other, path).is_ok() || std::fs::copy(&other, path).is_ok()
     }
 
+    /// Name of the file with the summary.
+    pub const SUMMARY: &str = "summary.json";
+
+    /// Path of a matrix in an output folder.
+    pub fn matrix_in(folder: &Path, name: &str) -> PathBuf {
+        folder.join("matrices").join(format!("{name}.mtx"))
+    }
+
     /// The folder.
     pub fn folder(&self) -> &Path {
         &self.folder
@@ -68,7 +76,7 @@ impl Store {
 
     /// Path of a matrix.
     pub fn matrix_path(&self, name: &str) -> PathBuf {
-        self.folder.join("matrices").join(format!("{name}.mtx"))
+        Self::matrix_in(&self.folder, name)
     }
 
     /// Path of an illuminance file, `.mtx` or `.csv`.
@@ -118,7 +126,7 @@ impl Store {
 
     /// Path of the summary.
     pub fn summary_path(&self) -> PathBuf {
-        self.folder.join("summary.json")
+        self.folder.join(Self::SUMMARY)
     }
 
     /// A matrix of an earlier run, if it was computed from the same inputs and has this shape.
@@ -166,13 +174,13 @@ impl Store {
 }
 
 /// Whether a matrix file of these inputs and shape is there, by its header alone.
-pub fn is_of(path: &Path, inputs: Fingerprint, shape: (usize, usize, usize)) -> bool {
+pub(crate) fn is_of(path: &Path, inputs: Fingerprint, shape: (usize, usize, usize)) -> bool {
     let Ok(Some(file)) = MatrixRows::open(path) else { return false };
     file.header().contains(&format!("{INPUTS}={inputs}")) && (file.rows(), file.cols(), file.components()) == shape
 }
 
 /// The header line that names the program.
-pub fn software() -> String {
+pub(crate) fn software() -> String {
     format!("SOFTWARE=lucarne {}", env!("CARGO_PKG_VERSION"))
 }
 

@@ -39,7 +39,7 @@ struct Place {
 ///
 /// # Errors
 /// Failures of the file system.
-pub fn write_head(
+pub(crate) fn write_head(
     out: &mut dyn Write,
     inputs: &str,
     hours: &[Option<(usize, f64)>],
@@ -64,7 +64,7 @@ pub fn write_head(
 ///
 /// # Errors
 /// Failures of the file system.
-pub fn write_picture(out: &mut dyn Write, number: usize, picture: &SunPicture) -> std::io::Result<()> {
+pub(crate) fn write_picture(out: &mut dyn Write, number: usize, picture: &SunPicture) -> std::io::Result<()> {
     let bytes = encode(picture);
     out.write_all(&(number as u64).to_le_bytes())?;
     out.write_all(&(bytes.len() as u64).to_le_bytes())?;

@@ -9,19 +9,21 @@
 //! | `glare_seconds` | S, D, the pictures' V, and the glare of all hours |
 //! | `dgp_error` | distance of DGP in lit hours, root mean square over all views |
 
+mod knobs;
 mod report;
 
+pub use knobs::{Knob, knobs};
 pub use report::{Choice, front, recommended, write};
 
-use crate::bins::{AngleBasis, KlemsBasis, ReinhartSky};
-use crate::bsdf::{self, Block, Component, resample::to_klems};
+use self::knobs::{finest, rebase};
+use crate::bins::ReinhartSky;
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
 use crate::progress::{Progress, Silent};
-use crate::simulate::inputs::{Inputs, in_colour};
+use crate::simulate::inputs::Inputs;
 use crate::simulate::light::multiply;
 use crate::simulate::project::Project;
 use crate::simulate::project::method::Phases;
@@ -36,58 +38,6 @@ use std::path::Path;
 pub const TARGET: f64 = 0.02;
 /// DGP's, absolute: a tenth of the distance between two classes of glare.
 pub const DGP_TARGET: f64 = 0.005;
-
-/// What is changed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Knob {
-    /// Samples of everything, as a multiple of `preset = "standard"`.
-    Samples(f64),
-    /// Limit of diffuse reflections, Radiance's `-ab`.
-    Bounces(u32),
-    /// Basis of the windows.
-    Basis(KlemsBasis),
-    /// Reinhart subdivision of the sky, and samples with it.
-    Sky(usize, f64),
-    /// Width and height of pictures, as a multiple of the project's.
-    Picture(f64),
-    /// Three phases where the project has five.
-    ThreePhase,
-    /// Suns at patches of MF:n.
-    Suns(usize),
-    /// Suns where they are.
-    HourlySuns,
-}
-
-impl Knob {
-    /// The family it belongs to, and its value.
-    pub fn names(&self) -> (&'static str, String) {
-        match self {
-            Self::Samples(scale) => ("samples", multiple(*scale)),
-            Self::Bounces(n) => ("bounces", n.to_string()),
-            Self::Basis(basis) => ("basis", basis.xml_name().rsplit([' ', '/']).next().unwrap_or_default().to_lowercase()),
-            Self::Sky(n, 1.0) => ("sky", format!("MF:{n}")),
-            Self::Sky(n, scale) => ("sky", format!("MF:{n} x{}", multiple(*scale))),
-            Self::Picture(scale) => ("picture", format!("{scale}")),
-            Self::ThreePhase => ("method", "three phases".into()),
-            Self::Suns(n) => ("method", format!("suns MF:{n}")),
-            Self::HourlySuns => ("method", "hourly suns".into()),
-        }
-    }
-
-    /// Whether pictures are all that it changes.
-    fn is_for_pictures(&self) -> bool {
-        matches!(self, Self::Picture(_))
-    }
-}
-
-fn multiple(scale: f64) -> String {
-    if scale < 1.0 { format!("1/{:.0}", 1.0 / scale) } else { format!("{scale:.0}") }
-}
-
-/// The sky of all settings that do not change it.
-fn finest(project: &Project) -> usize {
-    project.method.sky.subdivision().max(4)
-}
 
 /// One setting's time and error.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,24 +85,6 @@ pub struct Sweep<'a> {
     pub folder: &'a Path,
     /// Settings to try.
     pub knobs: Vec<Knob>,
-}
-
-/// All settings that make sense for a project: around its own method with a fine sky, at standard
-/// quality.
-pub fn knobs(project: &Project, inputs: &Inputs) -> Vec<Knob> {
-    let mut all: Vec<Knob> = [1.0 / 16.0, 0.25, 1.0].map(Knob::Samples).to_vec();
-    all.extend([1, 2, 4].map(Knob::Bounces));
-    let bins = inputs.windows.iter().map(|w| w.window.basis.len()).max().unwrap_or(0);
-    let coarser = [KlemsBasis::Half, KlemsBasis::Quarter].into_iter().filter(|b| AngleBasis::from(*b).len() < bins);
-    all.extend(coarser.map(Knob::Basis));
-    all.extend([(1, 1.0 / 16.0), (1, 1.0), (2, 1.0)].map(|(n, scale)| Knob::Sky(n, scale)));
-    if !project.views.is_empty() && project.glare.is_some() {
-        all.extend([0.5, 2.0].map(Knob::Picture));
-    }
-    if project.method.choice(&project.windows).phases == 5 {
-        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns]);
-    }
-    all
 }
 
 impl Sweep<'_> {
@@ -206,7 +138,7 @@ impl Sweep<'_> {
         project.quality.scale = 8.0 * most;
         project.quality.seed = project.quality.seed.wrapping_add(0x5eed);
         project.method.bounces = None;
-        if project.method.choice(&project.windows).phases == 5 {
+        if self.inputs.choice(&project).phases == 5 {
             project.method.suns = SunScheme::HOURLY;
         }
         for view in &mut project.views {
@@ -218,7 +150,7 @@ impl Sweep<'_> {
     /// The project at standard quality, without pictures for people.
     fn plain(&self) -> Result<Project> {
         let mut project = self.project.clone();
-        project.method.sky = ReinhartSky::new(finest(&project))?;
+        project.method.sky = Some(ReinhartSky::new(finest(&project, self.inputs))?);
         let seed = project.quality.seed;
         project.quality = crate::simulate::project::QualitySection { seed, ..Default::default() };
         project.images.hours = crate::simulate::project::views::ImageHours::None;
@@ -234,7 +166,7 @@ impl Sweep<'_> {
             Knob::Samples(scale) => project.quality.scale = scale,
             Knob::Bounces(n) => project.method.bounces = Some(n),
             Knob::Sky(n, scale) => {
-                project.method.sky = ReinhartSky::new(n)?;
+                project.method.sky = Some(ReinhartSky::new(n)?);
                 project.quality.scale = scale;
             }
             Knob::Picture(scale) => {
@@ -318,7 +250,7 @@ pub fn illuminance(
     matrices: &[(Matrix<f32>, Matrix<f32>)],
     multiplier: &dyn Multiplier,
 ) -> Result<Matrix<f32>> {
-    let options = SkyOptions { subdivision: project.method.sky.subdivision(), ..SkyOptions::default() };
+    let options = SkyOptions { subdivision: inputs.sky(project).subdivision(), ..SkyOptions::default() };
     let sky = sky_matrix(&inputs.weather, &options, &Silent)?;
     let mut lux: Option<Matrix<f32>> = None;
     for (window, (v, d)) in inputs.windows.iter().zip(matrices) {
@@ -365,28 +297,6 @@ fn distance(found: &Matrix<f32>, reference: &Matrix<f32>) -> (f64, f64) {
         v.get(v.len() / 2).copied().unwrap_or(0.0)
     };
     (median(hourly), median(annual))
-}
-
-/// Windows and transmissions over another basis.
-fn rebase(inputs: &mut Inputs, project: &Project, basis: &AngleBasis) -> Result<()> {
-    for window in &mut inputs.windows {
-        let section = project
-            .windows
-            .iter()
-            .find(|s| window.name == s.name || window.name.starts_with(&format!("{}-", s.name)))
-            .ok_or_else(|| Error::new(format!("window '{}' belongs to no [[window]]", window.name)))?;
-        let mut data = bsdf::read(&section.bsdf, &mut Warnings::new())?;
-        for blocks in [&mut data.visible, &mut data.cie_x, &mut data.cie_z] {
-            for component in [Component::TransmissionFront, Component::TransmissionBack] {
-                let slot = blocks.slot(component);
-                *slot = slot.take().map(|block| Block::Klems(to_klems(&block, basis, basis)));
-            }
-        }
-        window.transmission = in_colour(bsdf::transmission_matrix(&data).map_err(|e| e.file(&section.bsdf))?);
-        window.window.basis = basis.clone();
-        window.states.clear();
-    }
-    Ok(())
 }
 
 /// Some parts of a whole at once: first, how many, of how many.

@@ -1,5 +1,7 @@
 //! The Grid panel: sensors on the room's plan.
 
+pub mod cells;
+pub mod metric;
 pub mod model;
 mod panel;
 pub mod plan;

@@ -1,6 +1,8 @@
 //! Painting the Grid panel and taking its clicks.
 
-use super::model::{Metric, View, edges, spatial_autonomy};
+use super::cells::edges;
+use super::metric::{Metric, spatial_autonomy};
+use super::model::View;
 use super::plan::{Plan, sensor_text};
 use super::space;
 use crate::bsdf::palette_choice;
@@ -28,8 +30,8 @@ pub struct GridPanel {
 impl GridPanel {
     /// Shows other results.
     pub fn open(&mut self, results: &Arc<Results>, view: &mut View) {
-        *self = Self { edges: results.scene.as_ref().map(|s| edges(s)).unwrap_or_default(), ..Self::default() };
-        view.group = results.groups.iter().position(|g| !g.positions.is_empty()).unwrap_or(0);
+        *self = Self { edges: results.scene().map(edges).unwrap_or_default(), ..Self::default() };
+        view.group = results.sensors.iter().position(|g| !g.positions.is_empty()).unwrap_or(0);
     }
 
     /// Nothing here takes longer than a frame.
@@ -67,22 +69,22 @@ impl GridPanel {
             );
             return;
         };
-        let Some(group) = results.groups.get(view.group) else {
+        let Some(group) = results.sensors.get(view.group) else {
             empty_state(ui, "These results have no sensors", &["Add [[sensors]] with name and points to the project and run it again."]);
             return;
         };
         let key = format!(
             "{} {} {:?} {} {}",
-            results.folder.display(),
+            results.folder().display(),
             view.group,
             view.metric,
             if view.metric == Metric::Hour { *hour } else { 0 },
             lux.key
         );
         if self.key != key {
-            let lux = lux.lux.and_then(|l| l.get(view.group)).unwrap_or(&group.lux);
-            self.values = view.metric.values(lux, &results.stamps, *hour);
-            self.autonomy = Metric::Autonomy.values(lux, &results.stamps, 0);
+            let lux = lux.lux.and_then(|l| l.get(view.group)).unwrap_or(&group.illuminance);
+            self.values = view.metric.values(lux, &results.times, *hour);
+            self.autonomy = Metric::Autonomy.values(lux, &results.times, 0);
             self.key = key;
         }
         self.note.clone_from(&lux.instead);
@@ -107,8 +109,8 @@ impl GridPanel {
 
     fn side(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Results, state: Option<&str>, hour: &mut usize) {
         heading(ui, "Sensors");
-        for (i, group) in results.groups.iter().enumerate() {
-            ui.selectable_value(&mut view.group, i, format!("{} ({})", group.name, group.len()));
+        for (i, group) in results.sensors.iter().enumerate() {
+            ui.selectable_value(&mut view.group, i, format!("{} ({})", group.name, group.count()));
         }
         heading(ui, "Metric");
         for metric in Metric::ALL {
@@ -119,7 +121,7 @@ impl GridPanel {
             let last = results.hours().saturating_sub(1);
             ui.spacing_mut().slider_width = ui.available_width() - 16.0;
             ui.add(egui::Slider::new(hour, 0..=last).show_value(false)).on_hover_text("Arrow keys step by hours and days");
-            ui.label(format!("{}   hour {hour}", results.stamps[*hour].text()));
+            ui.label(format!("{}   hour {hour}", results.times[*hour]));
         }
         heading(ui, "Show");
         ui.horizontal(|ui| {
@@ -138,7 +140,7 @@ impl GridPanel {
         let values: Vec<f64> = self.values.iter().copied().filter(|v| v.is_finite()).collect();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let (group, mut others) = (results.groups.get(view.group), 0);
+        let (group, mut others) = (results.sensors.get(view.group), 0);
         egui::Grid::new("summary").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
             for (name, value) in [("mean", mean), ("lowest", low), ("highest", self.largest())] {
                 ui.weak(name);
@@ -152,7 +154,7 @@ impl GridPanel {
             );
             ui.strong(share.map_or("–".to_string(), |s| format!("{:.1} %", s * 100.0)));
             ui.end_row();
-            others = group.map_or(0, |g| g.len() - count);
+            others = group.map_or(0, |g| g.count() - count);
         });
         let mut about =
             "Occupied: 8:00 to 18:00 standard time, every day. No blinds are moved: the share of sensors is not LM-83's sDA.".to_string();
@@ -171,10 +173,10 @@ impl GridPanel {
     }
 
     fn center(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>, state: Option<&str>, hour: &mut usize) {
-        let group = &results.groups[view.group.min(results.groups.len() - 1)];
+        let group = &results.sensors[view.group.min(results.sensors.len() - 1)];
         let mut title = format!("{}: {}", group.name, view.metric.names().0);
         if view.metric == Metric::Hour {
-            title = format!("{}: {}", group.name, results.stamps[*hour].text());
+            title = format!("{}: {}", group.name, results.times[*hour]);
         }
         ui.label(RichText::new(title).strong().size(17.0));
         if let Some(state) = state {
@@ -241,7 +243,7 @@ impl GridPanel {
             FontId::proportional(13.0),
             ui.visuals().text_color(),
         );
-        if results.scene.is_none() {
+        if results.scene().is_none() {
             let text = "without the project file the room's outline is not known";
             ui.painter().text(
                 pos2(area.right(), area.bottom() - status / 2.0),

@@ -1,12 +1,14 @@
 //! The plan: cells in their colours inside the room's outline.
 
-use super::model::{Cells, extent, section};
+use super::cells::{Cells, section};
+use super::model::extent;
 use crate::plot::{self, color32, halo_text};
-use crate::results::{Group, Results};
+use crate::results::Results;
 use crate::scale::{BAR_WIDTH, ColorBar};
 use eframe::egui::{self, Align2, FontId, Rect, Sense, Stroke, pos2, vec2};
 use glam::DVec2;
 use lucarne::image::palette::{Palette, Scale, readable_on, rounded_number, short_number};
+use lucarne::simulate::year::Sensors;
 
 /// Where a plan lies on the screen: x to the right, y (north) up.
 pub struct Frame {
@@ -49,7 +51,7 @@ impl Frame {
 /// What a plan shows.
 pub struct Plan<'a> {
     /// Sensors.
-    pub group: &'a Group,
+    pub group: &'a Sensors,
     /// Results they belong to.
     pub results: &'a Results,
     /// Value by sensor.
@@ -95,8 +97,8 @@ impl Plan<'_> {
                 );
             }
         }
-        if let Some(scene) = &self.results.scene {
-            let height = self.group.positions.iter().map(|p| p.z).sum::<f64>() / self.group.len().max(1) as f64;
+        if let Some(scene) = self.results.scene() {
+            let height = self.group.positions.iter().map(|p| p.z).sum::<f64>() / self.group.count().max(1) as f64;
             let clip = painter.with_clip_rect(frame.rect().intersect(rect));
             for [a, b] in section(scene, height) {
                 clip.line_segment([frame.screen(a), frame.screen(b)], Stroke::new(1.6, ui.visuals().text_color()));
@@ -143,7 +145,7 @@ fn scale_bar(ui: &egui::Ui, frame: &Frame) {
 }
 
 /// One line about a sensor.
-pub fn sensor_text(group: &Group, sensor: usize, value: &str) -> String {
+pub fn sensor_text(group: &Sensors, sensor: usize, value: &str) -> String {
     let p = group.positions[sensor];
     format!("{} {}   x {:.2}  y {:.2}  z {:.2} m   {value}", group.name, sensor + 1, p.x, p.y, p.z)
 }
@@ -154,7 +156,7 @@ pub fn hour_plan(
     ui: &mut egui::Ui,
     rect: Rect,
     results: &Results,
-    group: &Group,
+    group: &Sensors,
     values: &[f64],
     palette: Palette,
     scale: &Scale,

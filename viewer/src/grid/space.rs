@@ -1,11 +1,12 @@
 //! The sensors in space, inside the room's edges.
 
-use super::model::{Cells, View};
+use super::cells::Cells;
+use super::model::View;
 use crate::plot::{self, color32};
-use crate::results::Group;
 use eframe::egui::{self, Align2, FontId, Rect, Sense, Stroke, pos2, vec2};
 use glam::{DVec2, DVec3};
 use lucarne::image::palette::{Palette, Scale};
+use lucarne::simulate::year::Sensors;
 
 /// Parallel projection, turned by two angles.
 struct Camera {
@@ -37,7 +38,7 @@ impl Camera {
 pub fn show(
     ui: &mut egui::Ui,
     rect: Rect,
-    group: &Group,
+    group: &Sensors,
     edges: &[[DVec3; 2]],
     values: &[f64],
     palette: Palette,

@@ -2,6 +2,7 @@
 
 pub mod model;
 mod panel;
+mod place;
 pub mod show;
 
 pub use panel::PicturePanel;

@@ -3,11 +3,11 @@
 use super::model::{Quantity, View, class_name};
 use crate::plot::{self, color32};
 use crate::scale::{BAR_WIDTH, ColorBar, draggable_bar};
-use crate::stamp::{Stamp, months, steps_per_day};
 use crate::texture::CachedTexture;
 use eframe::egui::{self, Align2, Color32, ColorImage, FontId, Rect, Sense, Stroke, pos2, vec2};
 use lucarne::glare::annual::{CLASS_LIMITS, GlareClass};
 use lucarne::image::palette::{Palette, Scale};
+use lucarne::weather::time::{Time, steps_per_day};
 
 /// Where the carpet lies on the screen.
 #[derive(Debug, Clone, Copy)]
@@ -93,7 +93,7 @@ pub fn show(
     key: &str,
     view: &mut View,
     values: &[f64],
-    stamps: &[Stamp],
+    times: &[Time],
     title: &str,
     maximum: f64,
 ) -> Option<usize> {
@@ -117,7 +117,7 @@ pub fn show(
     plot::title_above(ui, layout.field, title);
     // A narrow carpet has room for a letter.
     let letters = if layout.field.width() < 12.0 * 30.0 { 1 } else { 3 };
-    for (name, day) in months(stamps, per_day) {
+    for (name, day) in months(times, per_day) {
         let cell = layout.cell(day * per_day);
         painter.line_segment(
             [pos2(cell.left(), layout.field.bottom()), pos2(cell.left(), layout.field.bottom() + 4.0)],
@@ -169,6 +169,19 @@ pub fn show(
     response.hover_pos().and_then(|p| layout.step_at(p))
 }
 
+/// Name and first day (from 0) of each month.
+pub fn months(times: &[Time], per_day: usize) -> Vec<(&'static str, usize)> {
+    let mut found: Vec<(&'static str, usize)> = Vec::new();
+    let mut last = 0;
+    for (day, time) in times.iter().step_by(per_day.max(1)).enumerate() {
+        if time.month != last {
+            last = time.month;
+            found.extend(time.month_name().get(..3).map(|name| (name, day)));
+        }
+    }
+    found
+}
+
 fn class_legend(ui: &egui::Ui, bar: Rect, colors: &Colors) {
     for i in 0..CLASSES {
         let top = bar.top() + 20.0 + 34.0 * (CLASSES - 1 - i) as f32;
@@ -187,6 +200,12 @@ fn class_legend(ui: &egui::Ui, bar: Rect, colors: &Colors) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn months_have_their_first_days() {
+        let months = months(&Time::common_year(8760), 24);
+        assert_eq!((months.len(), months[0], months[11]), (12, ("Jan", 0), ("Dec", 334)));
+    }
 
     #[test]
     fn cells_and_places_agree() {

@@ -9,10 +9,10 @@ use crate::picture::show;
 use crate::plot::{self, Axes, halo_text};
 use crate::results::Results;
 use crate::scale::{BAR_WIDTH, draggable_bar};
-use crate::stamp::steps_per_day;
 use eframe::egui::{self, Align2, Color32, FontId, Rect, Sense, Stroke, pos2, vec2};
 use lucarne::glare::annual::GlareClass;
 use lucarne::image::palette::{round_steps, round_up, rounded_number};
+use lucarne::weather::time::steps_per_day;
 use std::sync::Arc;
 
 /// How long a picture may be late before it is dimmed, s: while an hour is dragged pictures are always
@@ -44,9 +44,9 @@ impl YearPanel {
 
     pub(super) fn plan(&mut self, ui: &mut egui::Ui, rect: Rect, view: &View, results: &Arc<Results>) {
         let index = plan_group(results);
-        let Some(group) = results.groups.get(index).filter(|g| !g.positions.is_empty()) else { return };
+        let Some(group) = results.sensors.get(index).filter(|g| !g.positions.is_empty()) else { return };
         let lux = self.states.lux(&results.windows, &view.fractions);
-        let matrix = lux.lux.and_then(|l| l.get(index)).unwrap_or(&group.lux);
+        let matrix = lux.lux.and_then(|l| l.get(index)).unwrap_or(&group.illuminance);
         let values: Vec<f64> = (0..matrix.rows()).map(|s| f64::from(matrix.at(s, view.hour)[0])).collect();
         // One scale for carpet and plan where both show illuminance.
         let scale = view.carpet.scale(if view.quantity.is_glare() { self.plan_maximum } else { self.values.2 });

@@ -1,11 +1,11 @@
 //! The view matrix in memory, read in an order that shows the whole picture soon: every eighth line of
 //! pixels first, then those between, on all cores.
 
-use crate::results::ViewFile;
-use lucarne::matrix::rows::MatrixRows;
-use lucarne::{Error, Result};
+use lucarne::Result;
+use lucarne::kernels::glare::PixelSource;
+use lucarne::simulate::results::pictures::PictureView;
+use lucarne::simulate::year::ViewFile;
 use rayon::prelude::*;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// First line and distance of each pass; after it, lines so far apart are there.
@@ -14,7 +14,7 @@ const PASSES: [(usize, usize, usize); 4] = [(0, 8, 8), (4, 8, 4), (2, 4, 2), (1,
 /// V of a view, or with five phases V − Vd beside Vd.
 pub struct Lines {
     view: ViewFile,
-    direct: Option<PathBuf>,
+    split: bool,
     /// `[pixel][term]` if grey, else `[pixel][term][rgb]`.
     pub values: Vec<f32>,
     /// Whether one channel stands for all three.
@@ -23,16 +23,16 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Nothing read yet. `direct`: the file of Vd, if it is wanted apart.
-    pub fn new(view: &ViewFile, direct: Option<PathBuf>) -> Self {
-        let mut lines = Self { view: view.clone(), direct, values: Vec::new(), grey: true, passes: 0 };
+    /// Nothing read yet. `split`: whether V − Vd and Vd are wanted apart.
+    pub fn new(view: &ViewFile, split: bool) -> Self {
+        let mut lines = Self { view: view.clone(), split, values: Vec::new(), grey: true, passes: 0 };
         lines.values = vec![0.0; lines.line_values() * view.height];
         lines
     }
 
     /// Terms of a pixel.
     pub fn terms(&self) -> usize {
-        self.view.bins * if self.direct.is_some() { 2 } else { 1 }
+        self.view.bins * if self.split { 2 } else { 1 }
     }
 
     fn line_values(&self) -> usize {
@@ -61,10 +61,10 @@ impl Lines {
         let (first, step, _) = PASSES[pass];
         let (row, grey) = (self.line_values(), self.grey);
         let coloured = AtomicBool::new(false);
-        let (view, direct) = (&self.view, &self.direct);
+        let (view, split) = (&self.view, self.split);
         let lines = self.values.par_chunks_mut(row.max(1)).enumerate().filter(|(line, _)| line % step == first);
         lines.try_for_each_init(
-            || Reader::open(view, direct),
+            || Reader::open(view, split),
             |reader, (line, out)| {
                 let reader = reader.as_mut().map_err(|e| e.clone())?;
                 if !(grey && coloured.load(Ordering::Relaxed)) && reader.read(line, view.width, grey, out)? {
@@ -91,41 +91,27 @@ impl Lines {
 
 /// One thread's files.
 struct Reader {
-    total: MatrixRows,
-    direct: Option<MatrixRows>,
-    buffers: [Vec<f32>; 2],
+    view: PictureView,
+    values: Vec<f32>,
 }
 
 impl Reader {
-    fn open(view: &ViewFile, direct: &Option<PathBuf>) -> Result<Self> {
-        let open = |path: &PathBuf| MatrixRows::open(path)?.ok_or_else(|| Error::new("a text matrix cannot be scrubbed").file(path));
-        let direct = direct.as_ref().map(open).transpose()?;
-        Ok(Self { total: open(&view.matrix)?, direct, buffers: Default::default() })
+    fn open(view: &ViewFile, split: bool) -> Result<Self> {
+        let view = PictureView::open_parts(&view.matrix, split.then(|| view.direct_matrix()).as_deref())?;
+        Ok(Self { view, values: Vec::new() })
     }
 
     /// Reads a line of pixels; true if it is coloured but `out` is grey.
     fn read(&mut self, line: usize, width: usize, grey: bool, out: &mut [f32]) -> Result<bool> {
-        let [all, straight] = &mut self.buffers;
-        self.total.go_to(line * width)?;
-        self.total.read(width, all)?;
-        if let Some(direct) = &mut self.direct {
-            direct.go_to(line * width)?;
-            direct.read(width, straight)?;
-            all.iter_mut().zip(&*straight).for_each(|(a, s)| *a = (*a - s).max(0.0));
+        self.view.go_to(line)?;
+        self.view.read(1, width, &mut self.values)?;
+        let colours = self.values.as_chunks::<3>().0;
+        if !grey {
+            out.iter_mut().zip(&self.values).for_each(|(to, v)| *to = *v);
+        } else if colours.iter().all(|[r, g, b]| r == g && g == b) {
+            out.iter_mut().zip(colours).for_each(|(to, [v, ..])| *to = *v);
         } else {
-            straight.clear();
-        }
-        let is_grey = |v: &[f32]| v.as_chunks::<3>().0.iter().all(|[r, g, b]| r == g && g == b);
-        if grey && !(is_grey(all) && is_grey(straight)) {
             return Ok(true);
-        }
-        let row = self.total.cols() * 3;
-        let mut to = out.iter_mut();
-        for pixel in 0..width {
-            for part in [&*all, &*straight].into_iter().filter(|p| !p.is_empty()) {
-                let values = &part[pixel * row..(pixel + 1) * row];
-                to.by_ref().zip(values.iter().step_by(if grey { 3 } else { 1 })).for_each(|(to, v)| *to = *v);
-            }
         }
         Ok(false)
     }
@@ -212,11 +198,12 @@ mod tests {
             let total = Matrix::from_data(width * height, bins, 3, (0..width * height * bins * 3).map(number).collect()).unwrap();
             let direct = total.map(|v| v * 0.25);
             let path = |name: &str| folder.path().join(name);
-            write_matrix(Some(&path("V.mtx")), &total, Format::Float, &[]).unwrap();
-            write_matrix(Some(&path("Vd.mtx")), &direct, Format::Float, &[]).unwrap();
-            let view = ViewFile { name: "v".into(), matrix: path("V.mtx"), width, height, bins, options: None };
+            let header = [format!("RESOLUTION=-Y {height} +X {width}")];
+            write_matrix(Some(&path("V_v.mtx")), &total, Format::Float, &header).unwrap();
+            write_matrix(Some(&path("V_v_direct.mtx")), &direct, Format::Float, &[]).unwrap();
+            let view = ViewFile { name: "v".into(), matrix: path("V_v.mtx"), width, height, bins, options: None };
             for split in [false, true] {
-                let mut lines = Lines::new(&view, split.then(|| path("Vd.mtx")));
+                let mut lines = Lines::new(&view, split);
                 let light: Vec<f32> = (0..lines.terms() * 3).map(|i| value(i + 3)).collect();
                 let exact = |pixel: usize, c: usize| -> f32 {
                     let sum =

@@ -2,7 +2,6 @@
 
 mod carpet;
 mod dome;
-mod facade;
 mod hour;
 mod lines;
 pub mod model;

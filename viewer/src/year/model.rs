@@ -3,11 +3,13 @@
 use crate::picture::model::{Mode, Tone};
 use crate::results::Results;
 use crate::scale::ScaleChoice;
-use crate::stamp::{Stamp, steps_per_day};
 use lucarne::glare::annual::GlareClass;
 use lucarne::glare::index::dgps;
 use lucarne::image::palette::{Palette, rounded_number};
 use lucarne::matrix::Matrix;
+use lucarne::simulate::results::glare::read::GlareYear;
+use lucarne::simulate::year::Sensors;
+use lucarne::weather::time::{Time, steps_per_day};
 use std::sync::Arc;
 
 /// What a carpet shows.
@@ -28,8 +30,8 @@ pub enum Quantity {
 impl Quantity {
     /// In words, for titles.
     pub fn name(self, results: &Results) -> String {
-        let group = |g: usize| results.groups.get(g).map_or("?", |g| g.name.as_str());
-        let view = |v: usize| results.glare.get(v).map_or("?", |g| g.view.as_str());
+        let group = |g: usize| results.sensors.get(g).map_or("?", |g| g.name.as_str());
+        let view = |v: usize| results.glare.get(v).map_or_else(|| "?".to_string(), GlareYear::name);
         match self {
             Self::Sensor(g, s) => format!("Illuminance at {} {}", group(g), s + 1),
             Self::Mean(g) => format!("Mean illuminance of {}", group(g)),
@@ -57,7 +59,7 @@ impl Quantity {
     /// Its values by hour; NaN where there is none. `lux` replaces the stored illuminance (another
     /// state of the façade).
     pub fn values(self, results: &Results, lux: Option<&[Arc<Matrix<f32>>]>) -> Vec<f64> {
-        let matrix = |g: usize| lux.and_then(|l| l.get(g)).or_else(|| results.groups.get(g).map(|g| &g.lux));
+        let matrix = |g: usize| lux.and_then(|l| l.get(g)).or_else(|| results.sensors.get(g).map(|g| &g.illuminance));
         let none = || vec![f64::NAN; results.hours()];
         let row =
             |g: usize, s: usize| matrix(g).filter(|m| s < m.rows()).map(|m| m.row(s).iter().map(|v| f64::from(*v)).collect::<Vec<_>>());
@@ -74,7 +76,9 @@ impl Quantity {
                 mean
             }),
             Self::Dgp(v) => results.glare.get(v).map_or_else(none, |g| g.dgp.clone()),
-            Self::Class(v) => results.glare.get(v).map_or_else(none, |g| g.class.clone()),
+            Self::Class(v) => {
+                results.glare.get(v).map_or_else(none, |g| g.class.iter().map(|c| c.map_or(f64::NAN, |c| f64::from(c as u8))).collect())
+            }
         }
     }
 
@@ -82,10 +86,10 @@ impl Quantity {
     pub fn error(self, results: &Results, hour: usize) -> Option<f64> {
         let found = match self {
             Self::Sensor(g, s) => {
-                let errors = results.groups.get(g)?.error.as_ref().filter(|e| s < e.rows() && hour < e.cols())?;
+                let errors = results.sensors.get(g)?.standard_error.as_ref().filter(|e| s < e.rows() && hour < e.cols())?;
                 f64::from(errors.at(s, hour)[0])
             }
-            Self::Dgp(v) => *results.glare.get(v)?.error.get(hour)?,
+            Self::Dgp(v) => *results.glare.get(v)?.standard_error.get(hour)?,
             _ => return None,
         };
         (found > 0.0).then_some(found)
@@ -100,8 +104,8 @@ impl Quantity {
             Self::Sensor(..) | Self::Mean(_) => lux_text(value, error),
             Self::Simplified(..) => format!("DGPs {value:.3}"),
             Self::Dgp(v) => {
-                let class = results.glare.get(v).map_or(f64::NAN, |g| g.class[hour]);
-                format!("DGP {value:.3}{}, {}", error.map_or_else(String::new, |e| format!(" ± {e:.3}")), class_name(class))
+                let class = results.glare.get(v).and_then(|g| g.class[hour]).map_or("?", GlareClass::name);
+                format!("DGP {value:.3}{}, {class}", error.map_or_else(String::new, |e| format!(" ± {e:.3}")))
             }
             Self::Class(_) => class_name(value).into(),
         }
@@ -195,8 +199,8 @@ pub fn glare_quantity(results: &Results, shown: Quantity) -> Option<Quantity> {
     if !results.glare.is_empty() {
         return Some(Quantity::Dgp(0));
     }
-    let vertical = |g: &crate::results::Group| g.directions.iter().position(|d| d.z.abs() < 0.5);
-    results.groups.iter().enumerate().find_map(|(i, g)| Some(Quantity::Simplified(i, vertical(g)?)))
+    let vertical = |g: &Sensors| g.directions.iter().position(|d| d.z.abs() < 0.5);
+    results.sensors.iter().enumerate().find_map(|(i, g)| Some(Quantity::Simplified(i, vertical(g)?)))
 }
 
 /// Everything the user has chosen.
@@ -247,8 +251,8 @@ impl View {
         *self = Self { palette: self.palette, ..Self::default() };
         self.fractions = vec![0.0; results.windows.len()];
         self.quantity = if results.glare.is_empty() { Quantity::Mean(0) } else { Quantity::Dgp(0) };
-        let noon = |s: &Stamp| (s.month, s.day) == (3, 21) && (11.4..12.6).contains(&s.hour);
-        self.hour = results.stamps.iter().position(noon).unwrap_or(results.hours() / 2);
+        let noon = |s: &Time| (s.month, s.day) == (3, 21) && (11.4..12.6).contains(&s.hour);
+        self.hour = results.times.iter().position(noon).unwrap_or(results.hours() / 2);
     }
 
     /// Moves by steps and days.
@@ -284,16 +288,6 @@ pub fn typical_maximum(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stamp::months;
-
-    #[test]
-    fn years_have_their_days_and_months() {
-        assert_eq!((steps_per_day(8760), steps_per_day(8784), steps_per_day(35040), steps_per_day(48)), (24, 24, 96, 24));
-        let stamps = Stamp::common_year(8760);
-        assert_eq!(stamps[24 * 31 + 12].text(), "1 February, 12:30");
-        let m = months(&stamps, 24);
-        assert_eq!((m.len(), m[0], m[11]), (12, ("Jan", 0), ("Dec", 334)));
-    }
 
     #[test]
     fn of_hours_cut_to_the_same_dgp_the_brightest_is_the_worst() {

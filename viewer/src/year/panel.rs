@@ -11,11 +11,11 @@ use crate::outbox::Outbox;
 use crate::picture::model::{Judged, PictureFile};
 use crate::plot::{self, empty_state};
 use crate::results::Results;
-use crate::stamp::steps_per_day;
 use crate::texture::CachedTexture;
 use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2, vec2};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
+use lucarne::weather::time::steps_per_day;
 use std::sync::Arc;
 
 /// The panel with what it has computed.
@@ -169,7 +169,7 @@ impl YearPanel {
     fn rank(&mut self, view: &View, results: &Results) {
         let Some(quantity) = glare_quantity(results, view.quantity) else { return };
         let lux = self.states.lux(&results.windows, &view.fractions);
-        let key = format!("{} {quantity:?} {}", results.folder.display(), lux.key);
+        let key = format!("{} {quantity:?} {}", results.folder().display(), lux.key);
         if self.ranking.0 != key {
             self.ranking = (key, Ranking::of(quantity, results, lux.lux));
         }
@@ -218,14 +218,14 @@ impl YearPanel {
             view.hour = if next.is_multiple_of(per_day) { next - per_day } else { next };
             ctx.request_repaint_after(std::time::Duration::from_millis(150));
         }
-        self.sky.update(ctx, results.folder.display().to_string(), || {
+        self.sky.update(ctx, results.folder().display().to_string(), || {
             let path = results.matrix("S");
             move || read_matrix(&path).ok().map(|f| f.matrix)
         });
         self.follow_facade(ctx, view, results);
         self.rank(view, results);
         let lux = self.states.lux(&results.windows, &view.fractions);
-        let key = format!("{} {:?} {}", results.folder.display(), view.quantity, lux.key);
+        let key = format!("{} {:?} {}", results.folder().display(), view.quantity, lux.key);
         if self.values.0 != key {
             let values = view.quantity.values(results, lux.lux);
             let maximum = typical_maximum(&values);
@@ -270,7 +270,7 @@ impl YearPanel {
     }
 
     fn center(&mut self, ui: &mut egui::Ui, view: &mut View, results: &Arc<Results>) {
-        let stamp = results.stamps[view.hour];
+        let time = results.times[view.hour];
         // Errors are those of the façade as it was computed.
         let (quantity, changed) = (view.quantity, self.states.changed(&view.fractions));
         let error = |hour: usize| quantity.error(results, hour).filter(|_| !changed);
@@ -281,7 +281,7 @@ impl YearPanel {
                     self.playing = !self.playing;
                 }
                 ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
-                    ui.label(RichText::new(stamp.text()).strong().size(17.0));
+                    ui.label(RichText::new(time.to_string()).strong().size(17.0));
                     if ui.available_width() > 220.0 {
                         ui.weak(format!("hour {}", view.hour));
                     }
@@ -306,10 +306,10 @@ impl YearPanel {
         let outer = Rect::from_min_size(area.min, vec2(area.width(), height));
         let title = self.titled(view.quantity.name(results));
         let (key, values, maximum) = std::mem::take(&mut self.values);
-        let hovered = carpet::show(ui, outer, &mut self.carpet, &key, view, &values, &results.stamps, &title, maximum);
+        let hovered = carpet::show(ui, outer, &mut self.carpet, &key, view, &values, &results.times, &title, maximum);
         if let Some(step) = hovered {
             let value = view.quantity.text(results, step, values[step], error(step));
-            self.readout = format!("{}   hour {step}   {value}", results.stamps[step].text());
+            self.readout = format!("{}   hour {step}   {value}", results.times[step]);
         }
         if let Some(note) = self.note.as_ref().filter(|n| n.late) {
             plot::veil(ui, carpet::Layout::new(outer, values.len()).field, &note.text);
@@ -356,5 +356,5 @@ impl YearPanel {
 
 /// The group of sensors shown on the plan: the first whose places are known.
 pub fn plan_group(results: &Results) -> usize {
-    results.groups.iter().position(|g| !g.positions.is_empty()).unwrap_or(0)
+    results.sensors.iter().position(|g| !g.positions.is_empty()).unwrap_or(0)
 }

@@ -1,20 +1,16 @@
-//! The hour's picture while dragging: `V · T·D·S` of one hour, with five phases
-//! `(V − Vd) · TDS + Vd · (TDS − TDdSds)` and the pixels that the traced sun lights, by a worker that
-//! always takes the newest wish.
+//! The hour's picture while dragging, from V in memory and the light of the hour, by a worker that always
+//! takes the newest wish.
 
-use super::facade::Facade;
 use super::lines::{Lines, native};
 use super::wish::Wish;
 use crate::picture::model::{Judge, Judged, PictureFile};
-use crate::results::{Results, ViewFile};
+use crate::results::Results;
 use eframe::egui;
 use lucarne::image::Picture;
 use lucarne::kernels::product::{self, Arrangement, Factor, Multiplier};
-use lucarne::kernels::sun_matrix::pixels::SparsePicture;
-use lucarne::matrix::rows::MatrixRows;
-use lucarne::simulate::store::sun_pictures::SunPictures;
+use lucarne::simulate::year::ViewFile;
+use lucarne::simulate::year::picture::ViewLight;
 use lucarne::{Error, Result};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
@@ -123,62 +119,10 @@ fn newest(first: Wish, wanted: &Receiver<Wish>) -> Wish {
     wanted.try_iter().last().unwrap_or(first)
 }
 
-/// What the light of an hour is made of: that of the windows, and the sun's own.
-struct Sunlight {
-    facade: Facade,
-    /// With five phases: what the suns put into this view.
-    suns: Option<SunPictures>,
-}
-
-impl Sunlight {
-    fn read(results: &Results, view: &ViewFile) -> Result<Self> {
-        let facade = Facade::read(results)?;
-        let bins = facade.bins();
-        if bins != view.bins {
-            return Err(Error::new(format!("the view matrix has {} columns, the windows have {bins} bins", view.bins))
-                .file(&view.matrix)
-                .help("run the project again"));
-        }
-        let suns = SunPictures::open(&view.matrix.with_file_name(format!("C_{}.suns", view.name))).ok();
-        let rows = MatrixRows::open(&direct_path(view)).ok().flatten();
-        let fits = rows.is_some_and(|r| (r.rows(), r.cols(), r.components()) == (view.width * view.height, bins, 3));
-        let suns = suns.filter(|_| fits && facade.has_suns()).map(|kept| kept.pictures);
-        Ok(Self { facade, suns })
-    }
-
-    /// Light for V, or for V − Vd beside Vd, and the sun's pixels; whether the sun is as traced.
-    fn of(&self, wish: &Wish) -> (Vec<f32>, SparsePicture, bool) {
-        let mut light = self.facade.light(wish);
-        let Some(suns) = &self.suns else { return (light, Vec::new(), false) };
-        // An hour whose sun was not traced stays three-phase.
-        let (rest, sun, traced) = match suns.sun_picture(wish.hour) {
-            Ok(sun) => (self.facade.straight_light(wish, &light), sun, true),
-            Err(_) => (light.clone(), Vec::new(), false),
-        };
-        light.extend(rest);
-        (light, sun, traced)
-    }
-
-    /// Adds the sun's pixels.
-    fn add(&self, wish: &Wish, sun: &SparsePicture, rgb: &mut [[f32; 3]]) {
-        let share = self.facade.sun_share(wish);
-        for (pixel, value) in sun {
-            if let Some(to) = rgb.get_mut(*pixel as usize) {
-                (0..3).for_each(|c| to[c] += share * value[c]);
-            }
-        }
-    }
-}
-
-/// The file of Vd.
-fn direct_path(view: &ViewFile) -> PathBuf {
-    view.matrix.with_file_name(format!("V_{}_direct.mtx", view.name))
-}
-
 fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn Fn(Answer) -> bool) -> Result<()> {
     let Ok(mut wish) = wanted.recv() else { return Ok(()) };
     let mut start = Instant::now();
-    let sunlight = Sunlight::read(results, view)?;
+    let light = ViewLight::read(results, view)?;
     let pixels = view.width * view.height;
     let file = |rgb: Vec<[f32; 3]>| -> Result<PictureFile> {
         let mut picture = Picture::new(view.width, view.height, rgb)?;
@@ -186,15 +130,15 @@ fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn 
         Ok(PictureFile::of_picture(&view.matrix, picture))
     };
     // While V is read, the picture becomes finer.
-    let mut lines = Lines::new(view, sunlight.suns.as_ref().map(|_| direct_path(view)));
+    let mut lines = Lines::new(view, light.is_split());
     let mut shown: Option<Instant> = None;
     while lines.read()? {
         if shown.is_none_or(|at| at.elapsed() > PARTIAL) {
             wish = newest(wish, wanted);
-            let (light, sun, traced) = sunlight.of(&wish);
-            let mut rgb = lines.picture(&light);
-            sunlight.add(&wish, &sun, &mut rgb);
-            let seconds = start.elapsed().as_secs_f64();
+            let now = light.at(wish.hour, &wish.state)?;
+            let mut rgb = lines.picture(&now.terms);
+            now.add_sun(&mut rgb);
+            let (traced, seconds) = (now.sun_is_traced, start.elapsed().as_secs_f64());
             if send(Answer::Picture { wish: wish.clone(), file: Box::new(file(rgb)?), whole: false, traced, seconds }) {
                 return Ok(());
             }
@@ -204,11 +148,11 @@ fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn 
     let engine = Engine::new(lines, pixels)?;
     let mut judge: Option<Judge> = None;
     loop {
-        let (light, sun, traced) = sunlight.of(&wish);
-        let mut rgb = engine.picture(&light, pixels)?;
-        sunlight.add(&wish, &sun, &mut rgb);
+        let now = light.at(wish.hour, &wish.state)?;
+        let mut rgb = engine.picture(&now.terms, pixels)?;
+        now.add_sun(&mut rgb);
         let picture = file(rgb)?;
-        let seconds = start.elapsed().as_secs_f64();
+        let (traced, seconds) = (now.sun_is_traced, start.elapsed().as_secs_f64());
         if send(Answer::Picture { wish: wish.clone(), file: Box::new(picture.clone()), whole: true, traced, seconds }) {
             return Ok(());
         }
@@ -239,6 +183,7 @@ fn work(results: &Results, view: &ViewFile, wanted: &Receiver<Wish>, send: &dyn 
 mod tests {
     use super::*;
     use lucarne::matrix::Matrix;
+    use lucarne::simulate::year::facade::FacadeState;
 
     /// A day in the room with blinds as `lucarne run` has it, and the same from the matrices.
     #[test]
@@ -267,17 +212,17 @@ mod tests {
         lucarne::simulate::run(&device, &project, &inputs, &out, &lucarne::progress::Silent, &mut warnings).unwrap();
         let results = Results::open(&out).unwrap();
         let view = &results.views[0];
-        let sunlight = Sunlight::read(&results, view).unwrap();
-        assert!(sunlight.suns.is_some(), "{:?}", results.notes);
-        let mut lines = Lines::new(view, Some(direct_path(view)));
+        let light = ViewLight::read(&results, view).unwrap();
+        assert!(light.is_split(), "{:?}", results.notes);
+        let mut lines = Lines::new(view, true);
         while lines.read().unwrap() {}
         let engine = Engine::new(lines, view.width * view.height).unwrap();
-        let render = |hour: usize, fraction: f64, state: Option<Matrix<f32>>| {
-            let wish = Wish { hour, fractions: vec![fraction], states: (0, Arc::new(vec![state])) };
-            let (light, sun, traced) = sunlight.of(&wish);
-            let mut rgb = engine.picture(&light, view.width * view.height).unwrap();
-            sunlight.add(&wish, &sun, &mut rgb);
-            (rgb, traced)
+        let render = |hour: usize, fraction: f64, state: Option<Matrix<f64>>| {
+            let state = FacadeState { second: Arc::new(vec![state]), fractions: vec![fraction] };
+            let now = light.at(hour, &state).unwrap();
+            let mut rgb = engine.picture(&now.terms, view.width * view.height).unwrap();
+            now.add_sun(&mut rgb);
+            (rgb, now.sun_is_traced)
         };
         for hour in [11, 13] {
             let stored = lucarne::image::hdr::read(&out.join(format!("images/seat/img_{:04}.hdr", 14 * 24 + hour))).unwrap();
@@ -292,7 +237,7 @@ mod tests {
         // Another hour of sun was not traced.
         assert!(!render(15, 0.0, None).1);
         // The whole other state has no shade; half way is half of both.
-        let other = lucarne::matrix::file::read_matrix(&results.matrix("T_south")).unwrap().matrix.map(|v| v * 0.5);
+        let other = lucarne::matrix::file::read_matrix(&results.matrix("T_south")).unwrap().matrix.map(|v| 0.5 * f64::from(v));
         let [first, half, second] = [0.0, 0.5, 1.0].map(|f| render(11, f, Some(other.clone())).0);
         for ((a, b), c) in first.iter().zip(&half).zip(&second) {
             assert!((b[1] - 0.5 * (a[1] + c[1])).abs() <= 1e-4 * (a[1] + c[1]), "{a:?} {b:?} {c:?}");

@@ -35,9 +35,9 @@ impl YearPanel {
         }
         heading(ui, "Carpet");
         let mut choices: Vec<Quantity> = (0..results.glare.len()).flat_map(|v| [Quantity::Dgp(v), Quantity::Class(v)]).collect();
-        choices.extend((0..results.groups.len()).map(Quantity::Mean));
-        for (g, group) in results.groups.iter().enumerate() {
-            choices.extend((0..group.len()).map(|s| Quantity::Sensor(g, s)));
+        choices.extend((0..results.sensors.len()).map(Quantity::Mean));
+        for (g, group) in results.sensors.iter().enumerate() {
+            choices.extend((0..group.count()).map(|s| Quantity::Sensor(g, s)));
             choices.extend(group.directions.iter().enumerate().filter(|(_, d)| d.z.abs() < 0.5).map(|(s, _)| Quantity::Simplified(g, s)));
         }
         let list = egui::ComboBox::from_id_salt("quantity").width(ui.available_width() - 12.0).height(420.0);
@@ -55,7 +55,7 @@ impl YearPanel {
         self.picture_controls(ui, view, results, out);
         self.facade_controls(ui, view, results, out);
         heading(ui, "Sky");
-        let sun = results.weather.as_ref().and_then(|w| Some(w.sun(w.records.get(view.hour)?)));
+        let sun = results.weather().and_then(|w| Some(w.sun(w.records.get(view.hour)?)));
         let sky = self.sky.current().and_then(Option::as_ref).filter(|s| view.hour < s.cols()).map(|s| (s, view.hour));
         if sky.is_none() && sun.is_none() && !self.sky.busy() {
             ui.weak("The folder holds no sky matrix.");
@@ -132,9 +132,9 @@ impl YearPanel {
 
     /// What the picture is not: said where the illuminance has more phases.
     fn phases_note(&self, ui: &mut egui::Ui, results: &Results) {
-        if results.phases > 3 {
+        if results.summary.phases > 3 {
             let text = match &self.shown {
-                Some(shown) if shown.traced && results.shaded.len() > 1 => {
+                Some(shown) if shown.traced && results.summary.windows.iter().filter(|w| w.sun_is_traced).count() > 1 => {
                     "Five phases, with the traced sun. Where windows with shades are in different states, the sun has their mean share."
                 }
                 Some(shown) if shown.traced => {
@@ -160,7 +160,7 @@ impl YearPanel {
                     .on_hover_text("A BSDF dropped now becomes the second state of this window");
                 ui.weak(self.states.name(i).map_or("as computed".to_string(), |s| format!("to {s}")));
             });
-            let offered = results.states.get(name).map_or(&[][..], Vec::as_slice);
+            let offered = results.states(name);
             if !offered.is_empty() {
                 let label = |path: &std::path::PathBuf| path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
                 let before = offered.iter().position(|p| self.states.name(i) == Some(label(p).as_str()));

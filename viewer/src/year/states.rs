@@ -1,15 +1,17 @@
 //! States of the façade: a second BSDF per window, and everything in between.
 
-use super::facade::Facade;
 use super::wish::Wish;
 use crate::bsdf::model::BsdfFile;
 use crate::job::Derived;
 use crate::results::Results;
 use eframe::egui;
 use lucarne::bsdf::transmission_matrix;
+use lucarne::kernels::product::Native;
 use lucarne::matrix::Matrix;
-use lucarne::matrix::file::read_matrix;
 use lucarne::matrix::rows::MatrixRows;
+use lucarne::simulate::inputs::in_colour;
+use lucarne::simulate::year::Sensors;
+use lucarne::simulate::year::facade::{Facade, FacadeState};
 use lucarne::{Error, Result};
 use std::sync::Arc;
 
@@ -18,7 +20,7 @@ use std::sync::Arc;
 pub struct States {
     number: u64,
     names: Vec<Option<String>>,
-    matrices: Arc<Vec<Option<Matrix<f32>>>>,
+    second: Arc<Vec<Option<Matrix<f64>>>>,
     lux: Derived<String, std::result::Result<Vec<Arc<Matrix<f32>>>, String>>,
 }
 
@@ -38,7 +40,7 @@ pub struct YearLux<'a> {
 impl States {
     /// Forgets everything: other results.
     pub fn reset(&mut self, windows: usize) {
-        *self = Self { number: self.number + 1, names: vec![None; windows], matrices: Arc::new(vec![None; windows]), ..Self::default() };
+        *self = Self { number: self.number + 1, names: vec![None; windows], second: Arc::new(vec![None; windows]), ..Self::default() };
     }
 
     /// Name of a window's second state.
@@ -51,14 +53,7 @@ impl States {
     /// # Errors
     /// A file without visible transmission, or of another basis.
     pub fn add(&mut self, results: &Results, window: usize, file: &BsdfFile) -> Result<()> {
-        let t = transmission_matrix(&file.bsdf).map_err(|e| e.file(&file.path))?;
-        let data: Vec<f32> = t
-            .data()
-            .chunks_exact(t.components())
-            .flat_map(|v| if v.len() == 3 { [v[0], v[1], v[2]] } else { [v[0]; 3] })
-            .map(|v| v as f32)
-            .collect();
-        let t = Matrix::from_data(t.rows(), t.cols(), 3, data)?;
+        let t = in_colour(transmission_matrix(&file.bsdf).map_err(|e| e.file(&file.path))?);
         let path = results.matrix(&format!("T_{}", results.windows.get(window).map_or("", String::as_str)));
         if let Some(first) = MatrixRows::open(&path)?
             && (first.rows(), first.cols()) != (t.rows(), t.cols())
@@ -73,9 +68,9 @@ impl States {
             .file(&file.path)
             .help("convert it first: lucarne bsdf convert"));
         }
-        let mut matrices = Vec::clone(&self.matrices);
-        matrices[window] = Some(t);
-        self.matrices = Arc::new(matrices);
+        let mut second = Vec::clone(&self.second);
+        second[window] = Some(t);
+        self.second = Arc::new(second);
         self.names[window] = Some(file.name());
         self.number += 1;
         Ok(())
@@ -83,7 +78,7 @@ impl States {
 
     /// What the worker needs for an hour.
     pub fn wish(&self, hour: usize, fractions: &[f64]) -> Wish {
-        Wish { hour, fractions: fractions.to_vec(), states: (self.number, self.matrices.clone()) }
+        Wish { hour, state: FacadeState { second: self.second.clone(), fractions: fractions.to_vec() } }
     }
 
     /// Whether the façade is in another state than the stored one.
@@ -129,23 +124,8 @@ impl States {
 
 fn illuminance(results: &Results, wish: &Wish) -> Result<Vec<Arc<Matrix<f32>>>> {
     let facade = Facade::read(results)?;
-    results
-        .groups
-        .iter()
-        .map(|g| {
-            let view = read_matrix(&results.matrix(&format!("V_{}", g.name)))?.matrix;
-            let traced = facade.has_suns().then(|| traced_suns(results, &g.name)).flatten();
-            Ok(Arc::new(facade.illuminance(&view, wish, traced.as_ref())?))
-        })
-        .collect()
-}
-
-/// What five phases add to three in the stored state, lx `[sensor][hour]`: Cds·Ssun − Vd·T·Dd·Sds.
-fn traced_suns(results: &Results, group: &str) -> Option<Matrix<f32>> {
-    let term = |name: &str| read_matrix(&results.folder.join(format!("illuminance/terms/{group}_{name}.mtx"))).ok().map(|f| f.matrix);
-    let (sun, direct) = (term("sun")?, term("direct")?);
-    let data = sun.data().iter().zip(direct.data()).map(|(sun, direct)| sun - direct).collect();
-    Matrix::from_data(sun.rows(), sun.cols(), 1, data).ok()
+    let of = |group: &Sensors| facade.illuminance(results, &group.name, &wish.state, &Native).map(Arc::new);
+    results.sensors.iter().map(of).collect()
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::DVec3;
 
 /// View matrix of all views' eyes and, with five phases, their sun matrix.
-pub struct Eyes<'a> {
+pub(crate) struct Eyes<'a> {
     /// V, Vd and V's standard error.
     pub view: TracedMatrix,
     /// Cds and its suns.
@@ -26,7 +26,7 @@ pub struct Eyes<'a> {
 
 /// One of them.
 #[derive(Clone, Copy)]
-pub struct Eye<'a> {
+pub(crate) struct Eye<'a> {
     /// Row of V, `[bin][rgb]`.
     pub total: &'a [f32],
     /// Row of Vd.
@@ -38,7 +38,7 @@ pub struct Eye<'a> {
 
 /// What a traced sun gives an eye in an hour.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SunAtEye {
+pub(crate) struct SunAtEye {
     /// Illuminance, lx.
     pub total: f64,
     /// Variance of `total`, lx².
@@ -47,7 +47,7 @@ pub struct SunAtEye {
 
 impl Eyes<'_> {
     /// The eye of the `number`-th view.
-    pub fn of(&self, number: usize) -> Eye<'_> {
+    pub(crate) fn of(&self, number: usize) -> Eye<'_> {
         Eye {
             total: self.view.total.row(number),
             direct: self.view.direct.row(number),
@@ -59,7 +59,7 @@ impl Eyes<'_> {
 
 impl Eye<'_> {
     /// What the traced sun gives in an hour of the year; nothing without one.
-    pub fn sun(&self, hour: usize) -> Option<SunAtEye> {
+    pub(crate) fn sun(&self, hour: usize) -> Option<SunAtEye> {
         let (matrix, set, row) = self.suns?;
         let (sun, radiance) = set.hours.get(hour).copied().flatten()?;
         let of = |m: &Matrix<f32>| luminous(m.at(row, sun)) * radiance;
@@ -68,7 +68,7 @@ impl Eye<'_> {
     }
 
     /// Illuminance in the lit hours, lx.
-    pub fn illuminance(&self, light: &Light) -> Vec<f64> {
+    pub(crate) fn illuminance(&self, light: &Light) -> Vec<f64> {
         let matrix = |row: &[f32]| Matrix::from_data(1, row.len() / 3, 3, row.to_vec()).expect("a row of RGB values");
         let row = light.receivers(&matrix(self.total), &matrix(self.direct), Differences::NeverNegative);
         let mut lux = vec![0.0; light.right.cols()];
@@ -92,7 +92,7 @@ const PARTS: usize = 8;
 const POINTS: usize = 16;
 
 /// Patches of the sky as sources of one view, and what each shows of the sky's radiance.
-pub struct ImagelessSources {
+pub(crate) struct ImagelessSources {
     frame: ViewFrame,
     sources: PatchSources,
     /// Radiance of each patch per radiance of the sky there.
@@ -109,7 +109,7 @@ impl ImagelessSources {
     /// seen is the share of the bin before the eye that windows fill: V's entry over the bin's projected
     /// solid angle there. So a patch near the eye's plane, whose own cosine is next to nothing, is no brighter
     /// than the sky.
-    pub fn new<'w>(
+    pub(crate) fn new<'w>(
         frame: &ViewFrame,
         eye: &Eye<'_>,
         windows: impl Iterator<Item = &'w Window>,
@@ -138,7 +138,7 @@ impl ImagelessSources {
 
     /// DGP's contrast sum and the number of sources in a column of S (and of Sds, where suns are traced) with
     /// the sun's discs.
-    pub fn contrast(
+    pub(crate) fn contrast(
         &self,
         column: usize,
         sky: &Matrix<f32>,
@@ -158,7 +158,7 @@ impl ImagelessSources {
     }
 
     /// The discs' part of it.
-    pub fn contrast_of_discs(&self, discs: &[Disc], settings: &Settings) -> (f64, usize) {
+    pub(crate) fn contrast_of_discs(&self, discs: &[Disc], settings: &Settings) -> (f64, usize) {
         disc::contrast(discs, &self.frame, fixed_threshold(settings), settings)
     }
 }
@@ -197,7 +197,7 @@ fn seen_of_bins<'w>(frame: &ViewFrame, direct: &[f32], windows: impl Iterator<It
 ///
 /// # Errors
 /// A view straight up or down.
-pub fn frame_of(camera: &crate::camera::View) -> Result<ViewFrame> {
+pub(crate) fn frame_of(camera: &crate::camera::View) -> Result<ViewFrame> {
     ViewFrame::new(camera.direction.to_array(), camera.up.to_array())
 }
 

@@ -9,37 +9,37 @@
 //!
 //! With five phases the sun's patches, seen straight through a shade, go out of pictures and sensors,
 //! and the suns come back as traced, hour by hour. Their discs are sources of their own
-//! ([`Disc`]) wherever there are sources, so that DGP does not depend on the size of the pixels.
+//! ([`Disc`](crate::glare::Disc)) wherever there are sources, so that DGP does not depend on the size of the pixels.
 //! The standard error of `imageless` is that of Ev and of the share of the sun that is seen; the patches'
 //! own noise is left out.
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
-pub mod eyes;
+pub(crate) mod eyes;
+mod imageless;
 mod noise;
+pub mod read;
+mod sunlight;
 mod tables;
 
-use self::eyes::{Eye, Eyes, ImagelessSources, frame_of};
+use self::eyes::{Eye, Eyes};
 use self::noise::{MatrixNoise, SunNoise};
+use self::sunlight::SunLight;
 use self::tables::{Hour, ViewYear};
-use super::illuminance::luminous;
 use super::pictures::PictureView;
 use super::views::Made;
 use crate::error::{Error, Result, Warnings};
-use crate::glare::geometry::{PixelGeometry, ViewFrame};
-use crate::glare::{Analyser, Disc, index};
-use crate::kernels::glare::{
-    Added, AddedLight, Additions, Batches, HourNoise, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year,
-};
+use crate::glare::geometry::PixelGeometry;
+use crate::glare::{Analyser, index};
+use crate::kernels::glare::{Additions, Batches, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year};
 use crate::kernels::image_matrix::ImageOptions;
-use crate::kernels::sun_matrix::pixels::SeenDisc;
 use crate::kernels::trace::{TraceStatistics, TracedMatrix};
 use crate::kernels::view_matrix;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
 use crate::progress::Progress;
 use crate::simulate::context::Context;
-use crate::simulate::inputs::{ProjectWindow, SensorGroup};
-use crate::simulate::light::{Daylight, Light, transmitted};
+use crate::simulate::inputs::SensorGroup;
+use crate::simulate::light::{Daylight, Light, WindowLight, transmitted};
 use crate::simulate::multiply::{lit_columns, select_columns};
 use crate::simulate::phases::pixels::ViewJob;
 use crate::simulate::phases::sun::sun_matrix;
@@ -49,15 +49,14 @@ use crate::simulate::project::given::GivenPictures;
 use crate::simulate::project::glare::{GlareMethod, GlareSection};
 use crate::simulate::project::views::ViewSection;
 use crate::simulate::sampling::rounds::{Part, average};
-use crate::simulate::store::sun_pictures::SunPictures;
 use crate::statistics::student_95;
-use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Instant;
 
 /// What glare a run computed, for `summary.json`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct GlareSummary {
     /// Method of `[glare]`.
     pub method: String,
@@ -107,36 +106,6 @@ struct Lit {
     sky: Matrix<f32>,
     /// Sds, where suns are traced.
     suns: Option<Matrix<f32>>,
-}
-
-/// The suns' light in the pictures of a view, or at its eye.
-struct SunLight<'a> {
-    pictures: SunPictures,
-    hours: &'a [usize],
-}
-
-impl Additions for SunLight<'_> {
-    fn of_hour(&self, hour: usize) -> Result<Added> {
-        let lit = self.pictures.sun_picture_with_discs(self.hours[hour])?;
-        let errors = lit.errors.iter().zip(&lit.shared_errors);
-        let light = |(&(pixel, v), (&error, &shared_error)): (&(u32, [f32; 3]), (&f32, &f32))| AddedLight {
-            pixel,
-            luminance: luminous(&v) as f32,
-            error,
-            shared_error,
-        };
-        let disc = |d: &SeenDisc| Disc {
-            direction: d.direction.map(f64::from),
-            luminance: luminous(&d.radiance),
-            solid_angle: f64::from(d.solid_angle),
-            error: f64::from(d.error),
-        };
-        Ok(Added {
-            pixels: lit.pixels.iter().zip(errors).map(light).collect(),
-            discs: lit.discs.iter().map(disc).collect(),
-            shared: lit.shared,
-        })
-    }
 }
 
 impl GlareJob<'_> {
@@ -204,7 +173,7 @@ impl GlareJob<'_> {
         let project = self.context.project;
         let eyes = rounds(project) as usize * (view_options(project, 0).batches as usize - 1);
         let daylight = daylight_options(project, 0, 0).batches as usize - 1;
-        let pictures = image_options(project).batches as usize - 1;
+        let pictures = image_options(self.context.project, self.context.choice.phases).batches as usize - 1;
         match method {
             GlareMethod::Image => pictures.min(daylight),
             GlareMethod::Edgps => pictures.min(daylight).min(eyes),
@@ -225,11 +194,15 @@ impl GlareJob<'_> {
                 let transmissions: Vec<&Matrix<f64>> =
                     windows.iter().map(|w| w.states.get(number).map_or(&w.transmission, |(_, t)| t)).collect();
                 let daylight = Daylight { total: self.daylight, direct: self.daylight_direct };
-                let light = Light::new(inputs, self.made.multiplier, &transmissions, daylight, self.made.skies)?;
-                let direct_of = |counts: &dyn Fn(&ProjectWindow) -> bool| transmitted(inputs, &transmissions, self.daylight_direct, counts);
+                let lights = WindowLight::of(inputs, &transmissions, daylight);
+                let light = Light::new(&lights, self.made.multiplier, self.made.skies, inputs.differences())?;
+                let direct_of = |counts: &dyn Fn(usize) -> bool| {
+                    let passage = |i: usize| counts(i).then(|| (transmissions[i], &self.daylight_direct[i]));
+                    transmitted(&lights, &(0..windows.len()).map(passage).collect::<Vec<_>>())
+                };
                 let imageless = method == GlareMethod::Imageless;
                 let direct = if imageless { direct_of(&|_| true)? } else { Matrix::zeros(0, 0, 3) };
-                let traced = (imageless && lit.suns.is_some()).then(|| direct_of(&ProjectWindow::is_sunny)).transpose()?;
+                let traced = (imageless && lit.suns.is_some()).then(|| direct_of(&|i| windows[i].is_sunny())).transpose()?;
                 Ok(State { name, transmissions, light, direct, traced })
             })
             .collect()
@@ -274,7 +247,7 @@ impl GlareJob<'_> {
 
     /// Computes the view matrix of a view as a picture of the windows alone.
     fn windows_only(&self, view: &ViewSection, statistics: &mut TraceStatistics) -> Result<()> {
-        let options = ImageOptions { bounces: Some(0), ..image_options(self.context.project) };
+        let options = ImageOptions { bounces: Some(0), ..image_options(self.context.project, self.context.choice.phases) };
         let inputs = *self.context.view_fingerprint("V of pictures").add(&view.raster()?).add(&options);
         let view = ViewSection { name: windows_only_name(view), given: GivenPictures::default(), ..view.clone() };
         let windows = self.context.inputs.geometry();
@@ -347,71 +320,6 @@ impl GlareJob<'_> {
             daylight_direct: self.daylight_direct,
         });
         MatrixNoise::new(self.context.inputs, &state.transmissions, self.daylight_error, &lit.sky, &state.light, eye, suns)
-    }
-
-    /// Lit hours of one view without pictures, for every state.
-    fn without_pictures(
-        &self,
-        section: &GlareSection,
-        view: &ViewSection,
-        eye: &Eye<'_>,
-        states: &[State<'_>],
-        lit: &Lit,
-        statistics: &mut TraceStatistics,
-    ) -> Result<Vec<Vec<Hour>>> {
-        let camera = *view.raster()?.camera();
-        let wanted = section.method == GlareMethod::Imageless && lit.suns.is_some();
-        let suns = self.made.suns.filter(|_| wanted && states.iter().any(|s| s.light.is_split()));
-        let shown = Shown::Discs(camera);
-        let suns = suns.map(|suns| sun_pictures(&self.context, &suns.set, view, &shown, &lit.hours, statistics)).transpose()?;
-        let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
-        let frame = frame_of(camera.view()).map_err(|e| e.file(&view.file))?;
-        let of_state = |state| {
-            let sources = (section.method == GlareMethod::Imageless).then(|| self.sources(&frame, eye, state, section));
-            self.hours_without_pictures(section, eye, state, sources.as_ref(), suns.as_ref(), lit)
-        };
-        states.iter().map(of_state).collect()
-    }
-
-    /// The sky's patches as sources.
-    fn sources(&self, frame: &ViewFrame, eye: &Eye<'_>, state: &State<'_>, section: &GlareSection) -> ImagelessSources {
-        let windows = self.context.inputs.windows.iter().map(|w| &w.window);
-        ImagelessSources::new(frame, eye, windows, self.context.project.method.sky, &state.direct, state.traced.as_ref(), &section.settings)
-    }
-
-    fn hours_without_pictures(
-        &self,
-        section: &GlareSection,
-        eye: &Eye<'_>,
-        state: &State<'_>,
-        sources: Option<&ImagelessSources>,
-        suns: Option<&SunLight<'_>>,
-        lit: &Lit,
-    ) -> Result<Vec<Hour>> {
-        let lux = eye.illuminance(&state.light);
-        let noise = self.noise(state, lit, Some(*eye));
-        let none = vec![0.0; self.context.inputs.bins() * 3];
-        let (settings, model) = (&section.settings, section.settings.dgp);
-        let hours = (0..lit.hours.len()).into_par_iter().map(|hour| {
-            let ev = lux[hour];
-            let discs = suns.map_or_else(|| Ok(Vec::new()), |suns| suns.of_hour(hour).map(|added| added.discs))?;
-            let (dgp, [by_illuminance, by_contrast], count) = match sources {
-                None => (index::dgps(ev), [index::dgps(1.0) - index::dgps(0.0), 0.0], 0),
-                Some(sources) => {
-                    let (sum, count) = sources.contrast(hour, &lit.sky, lit.suns.as_ref(), &discs, settings);
-                    (model.dgp(ev, sum), model.slopes(ev, sum), count)
-                }
-            };
-            let finite = |slope: f64| if dgp < 1.0 && slope.is_finite() { slope } else { 0.0 };
-            let change = |disc: &Disc| {
-                let of = |disc: Disc| sources.map_or(0.0, |s| s.contrast_of_discs(&[disc], settings).0);
-                finite(by_contrast) * (of(disc.with_more_seen()) - of(*disc))
-            };
-            let of_discs: f64 = discs.iter().map(|d| change(d).powi(2)).sum();
-            let variance = noise.variance(hour, &none, finite(by_illuminance)) + of_discs;
-            Ok(Hour { dgp, standard_error: variance.sqrt().min(1.0), illuminance: ev, sources: count })
-        });
-        hours.collect()
     }
 
     /// All hours of the weather file from those with light.

@@ -8,7 +8,7 @@ use crate::simulate::results::glare::eyes::Eye;
 use crate::units::ILLUMINANCE_WEIGHTS;
 
 /// Standard errors that make an hour's DGP uncertain, but for those of the picture's view matrix.
-pub struct MatrixNoise<'m> {
+pub(super) struct MatrixNoise<'m> {
     windows: Vec<WindowNoise<'m>>,
     sky: &'m Matrix<f32>,
     /// T·D·S in its first rows.
@@ -20,7 +20,7 @@ pub struct MatrixNoise<'m> {
 
 /// What five phases change: straight light of the sun's patches is taken away, and with it its error.
 #[derive(Clone, Copy)]
-pub struct SunNoise<'m> {
+pub(super) struct SunNoise<'m> {
     /// Sds of the hours.
     pub patches: &'m Matrix<f32>,
     /// Numbers of the hours in the year.
@@ -42,7 +42,7 @@ struct WindowNoise<'m> {
 
 impl<'m> MatrixNoise<'m> {
     /// Noise with the transmissions of one state of the façade.
-    pub fn new(
+    pub(super) fn new(
         inputs: &Inputs,
         transmissions: &[&'m Matrix<f64>],
         daylight_error: &'m [Matrix<f32>],

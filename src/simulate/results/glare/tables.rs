@@ -18,7 +18,7 @@ const CARPET_SCALE: f64 = 2.0;
 
 /// Glare of one hour, as the tables have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hour {
+pub(super) struct Hour {
     /// DGP (or DGPs, eDGPs).
     pub dgp: f64,
     /// Its standard error.
@@ -40,7 +40,7 @@ impl Hour {
 
 /// All time steps of a view in one state of the façade.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ViewYear {
+pub(super) struct ViewYear {
     /// Name of the view.
     pub view: String,
     /// Name of the state; empty if there is only one.
@@ -52,7 +52,7 @@ pub struct ViewYear {
 }
 
 /// The steps of the year that results belong to.
-pub struct Calendar<'a> {
+pub(super) struct Calendar<'a> {
     /// Times of day.
     pub records: &'a [Record],
     /// Their lengths and places in the year.
@@ -62,7 +62,7 @@ pub struct Calendar<'a> {
 }
 
 /// Writes everything into `glare/`; results of states into a folder for each.
-pub fn write(
+pub(super) fn write(
     store: &Store,
     section: &GlareSection,
     calendar: &Calendar<'_>,
@@ -104,10 +104,13 @@ pub fn write(
     write_undecided(&folder.join("undecided.csv"), years, &occupied, calendar)
 }
 
+/// Columns of the table of a view.
+const HOUR_COLUMNS: &str = "hour,dgp,dgp_standard_error,ev_lux,sources,class";
+
 fn write_hours(path: &Path, year: &ViewYear, steps: &Steps) -> Result<()> {
     write_atomically(path, |out| {
         let fault = |e: std::io::Error| Error::io(path, &e);
-        writeln!(out, "hour,dgp,dgp_standard_error,ev_lux,sources,class").map_err(fault)?;
+        writeln!(out, "{HOUR_COLUMNS}").map_err(fault)?;
         for (step, h) in year.hours.iter().enumerate() {
             let (hour, class) = (steps.label(step), GlareClass::of(h.dgp).name());
             writeln!(out, "{hour},{:.6},{:.6},{:.2},{},{class}", h.dgp, h.standard_error, h.illuminance, h.sources).map_err(fault)?;

@@ -1,8 +1,10 @@
 //! Pictures against the plain product, in every way of cutting the work.
 
+use super::view::resolution;
 use super::*;
 use crate::image;
 use crate::kernels::product::{Native, chain};
+use crate::matrix::Matrix;
 use crate::matrix::file::{Format, write_matrix};
 use crate::progress::Silent;
 use std::path::Path;
@@ -92,7 +94,7 @@ fn component_pictures_give_what_their_decoded_matrix_gives() {
     let (v, coefficients) = factors();
     for bin in 0..BINS {
         let pixels = (0..WIDTH * HEIGHT).map(|p| v.at(p, bin).try_into().unwrap()).collect();
-        hdr::write(&folder.path().join(format!("v{bin:03}.hdr")), &Picture::new(WIDTH, HEIGHT, pixels).unwrap()).unwrap();
+        crate::image::hdr::write(&folder.path().join(format!("v{bin:03}.hdr")), &Picture::new(WIDTH, HEIGHT, pixels).unwrap()).unwrap();
     }
     let mut decoded = Matrix::zeros(WIDTH * HEIGHT, BINS, 3);
     for bin in 0..BINS {

@@ -9,7 +9,7 @@ use crate::progress::Silent;
 use crate::scene::points::Sensor;
 use crate::simulate::Inputs;
 use crate::simulate::Project;
-use crate::simulate::light::{Daylight, multiply};
+use crate::simulate::light::{Daylight, WindowLight, multiply};
 use crate::simulate::results::annual;
 use crate::simulate::sampling::estimate::Estimate;
 use crate::sky::{SkyOptions, sky_matrix};
@@ -53,7 +53,8 @@ fn light_of(chain: &Chain<'_>) -> Light {
     let (total, direct) = (means(Estimate::total), means(Estimate::direct));
     let skies = Skies { whole: chain.sky.clone(), sun: chain.sun.cloned() };
     let daylight = Daylight { total: &total, direct: &direct };
-    Light::new(chain.inputs, &Native, &chain.inputs.transmissions(), daylight, &skies).unwrap()
+    let windows = WindowLight::of(chain.inputs, &chain.inputs.transmissions(), daylight);
+    Light::new(&windows, &Native, &skies, chain.inputs.differences()).unwrap()
 }
 
 fn illuminance_of(chain: &Chain<'_>, light: &Light) -> Matrix<f32> {
@@ -186,7 +187,7 @@ fn intervals_of_95_percent_hold_the_converged_value_in_93_to_97_percent_of_cases
         };
         view.extend(view_matrix::compute(&device, &inputs.scene, &windows, &sensors, &options, &Silent).unwrap().batches);
         let options = DaylightOptions { paths: 64, batches: BATCHES, seed: 5000 + seed, keep_batches: true, ..DaylightOptions::default() };
-        let sky = project.method.sky;
+        let sky = inputs.sky(&project);
         daylight.extend(daylight_matrix::compute(&device, &inputs.scene, &windows[0], sky, &options, &Silent).unwrap().batches);
     }
     let all = (estimate(&view), vec![estimate(&daylight)]);

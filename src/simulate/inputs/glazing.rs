@@ -1,12 +1,13 @@
 //! What the windows' glazing asks of the method: a panel that spreads all light evenly blurs what finer
 //! skies and traced suns would add.
 
-use super::sections::WindowSection;
 use crate::bins::{AngleBasis, KlemsBasis, ReinhartSky};
 use crate::bsdf::peak::PUBLISHED_CONTRAST;
 use crate::bsdf::{self, Block, Bsdf};
 use crate::error::{Result, Warnings};
 use crate::matrix::rows::MatrixRows;
+use crate::simulate::project::WindowSection;
+use crate::simulate::project::method::Glazing;
 use glam::DVec3;
 use std::path::Path;
 
@@ -17,9 +18,20 @@ const DIFFUSE_SUBDIVISION: usize = 2;
 /// Reinhart MF of all other glazing: behind clear glass MF:1 is off by 27 % (rms) in an hour, MF:4 by 1 %.
 const DIRECTIONAL_SUBDIVISION: usize = 4;
 
+/// What the glazing of these windows asks of a method that is left open.
+///
+/// # Errors
+/// None: the subdivisions exist.
+pub(crate) fn glazing(windows: &[WindowSection]) -> Result<Glazing> {
+    let mut sunny = windows.iter().filter(|w| w.lets_suns_through()).peekable();
+    // Real slats in front of a window are as sharp as they are, whatever its scattering data say.
+    let spreads_suns = sunny.peek().is_some() && sunny.all(|w| w.shade.is_none() && is_diffuse(w));
+    Ok(Glazing { sky: sky(windows)?, spreads_suns })
+}
+
 /// Whether a window spreads light evenly, whatever it comes from, in each of its states. A file that
-/// cannot be read is not diffuse; reading the inputs will say what is wrong with it.
-pub fn is_diffuse(window: &WindowSection) -> bool {
+/// cannot be read is not diffuse; reading it as an input says what is wrong with it.
+fn is_diffuse(window: &WindowSection) -> bool {
     let states = if window.states.is_empty() { std::slice::from_ref(&window.bsdf) } else { &window.states[..] };
     states.iter().all(|file| bsdf::read(file, &mut Warnings::new()).is_ok_and(|b| spreads(&b)))
 }
@@ -45,7 +57,7 @@ const SURROUND_DEG: f64 = 30.0;
 
 /// Whether a sun is seen through a BSDF, from any direction. A file that cannot be read is left to the
 /// reading of the inputs.
-pub fn passes_straight(file: &Path) -> bool {
+pub(crate) fn passes_straight(file: &Path) -> bool {
     let Ok(bsdf) = bsdf::read(file, &mut Warnings::new()) else { return false };
     let blocks = [&bsdf.visible.transmission_front, &bsdf.visible.transmission_back];
     blocks.into_iter().flatten().next().is_some_and(block_passes_straight)
@@ -66,10 +78,7 @@ fn block_passes_straight(block: &Block) -> bool {
 }
 
 /// The sky of `sky_subdivision = "auto"`: that of a matrix D made elsewhere, or as fine as the glazing asks.
-///
-/// # Errors
-/// None: the subdivisions exist.
-pub fn sky(windows: &[WindowSection]) -> Result<ReinhartSky> {
+fn sky(windows: &[WindowSection]) -> Result<ReinhartSky> {
     let columns = |w: &WindowSection| Some(MatrixRows::open(&w.daylight.as_ref()?.total).ok()??.cols());
     if let Some(columns) = windows.iter().find_map(columns)
         && let Some(sky) = (1..=6).filter_map(|n| ReinhartSky::new(n).ok()).find(|sky| sky.len() == columns)

@@ -1,0 +1,181 @@
+//! Windows with their transmission, their states, and what the sun is traced through.
+
+use super::import::Imported;
+use super::shade::Shade;
+use crate::bsdf::evaluate::Scattering;
+use crate::bsdf::{self, Component};
+use crate::error::{Error, Result, Warnings};
+use crate::kernels::sun_matrix::pane::PaneBsdf;
+use crate::matrix::Matrix;
+use crate::scene::points::Sensor;
+use crate::scene::{self, Window};
+use crate::simulate::project::{Project, WindowSection};
+use glam::DVec3;
+use std::path::Path;
+
+/// A window with its transmission.
+#[derive(Debug, Clone)]
+pub struct ProjectWindow {
+    /// Name in results: the section's, with the modifier's where the section has several.
+    pub name: String,
+    /// Geometry and basis.
+    pub window: Window,
+    /// T `[outgoing bin][incident bin]`, RGB; includes the projected solid angle of the incident
+    /// bin (as dctimestep applies it).
+    pub transmission: Matrix<f64>,
+    /// What the sun is traced through, if by anything but the transmission.
+    pub shade: Option<Shade>,
+    /// Scattering data that the sun is traced through in place of a shade.
+    pub pane: Option<PaneBsdf>,
+    /// T of all states of the façade, with their names; empty if the window has one state.
+    pub states: Vec<(String, Matrix<f64>)>,
+    /// D and Dd made elsewhere.
+    pub daylight: Option<Imported>,
+}
+
+impl ProjectWindow {
+    /// Whether its sun is traced.
+    pub fn is_sunny(&self) -> bool {
+        self.shade.is_some() || self.pane.is_some()
+    }
+}
+
+/// The surfaces of a window section; each is a window of its own.
+///
+/// # Errors
+/// What is wrong in which file.
+pub(crate) fn read_surfaces(project: &Project, section: &WindowSection, warnings: &mut Warnings) -> Result<Vec<Window>> {
+    let base = project.folder();
+    let mut surfaces = scene::read_windows(section.surface.strip_prefix(base).unwrap_or(&section.surface), base, warnings)?;
+    // Of several windows in one file, the one that has the section's name is meant.
+    if surfaces.iter().any(|w| w.name == section.name) {
+        surfaces.retain(|w| w.name == section.name);
+    }
+    Ok(surfaces)
+}
+
+/// All windows of a section with their BSDFs; `patches` are those of the sky.
+pub(super) fn read_windows(
+    project: &Project,
+    section: &WindowSection,
+    patches: usize,
+    warnings: &mut Warnings,
+) -> Result<Vec<ProjectWindow>> {
+    let surfaces = read_surfaces(project, section, warnings)?;
+    let bsdf = bsdf::read(&section.bsdf, warnings)?;
+    let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
+    checked(&bsdf, &section.bsdf, warnings)?;
+    let pane = section.tensor_tree.as_ref().map(|file| read_pane(file, warnings)).transpose()?;
+    let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
+    let single = surfaces.len() == 1;
+    if let (Some(_), [first, second, ..]) = (&section.daylight, &surfaces[..]) {
+        return Err(Error::new(format!(
+            "a matrix 'daylight' belongs to one window, but this file holds several: '{}', '{}'",
+            first.name, second.name
+        ))
+        .file(&section.surface)
+        .help("give each its own [[window]] with its own matrix"));
+    }
+    if let (Some(_), [first, second, ..]) = (&section.shade, &surfaces[..]) {
+        return Err(Error::new(format!("a shade belongs to one window, but this file holds several: '{}', '{}'", first.name, second.name))
+            .file(&section.surface)
+            .help("give each its own [[window]] with its own shade"));
+    }
+    let mut windows = Vec::new();
+    for window in surfaces {
+        let bins = window.basis.len();
+        if (transmission.rows(), transmission.cols()) != (bins, bins) {
+            return Err(Error::new(format!(
+                "the window is divided by the basis {} ({bins} bins), its BSDF {} has {} outgoing and {} incident bins",
+                window.basis.name(),
+                section.bsdf.display(),
+                transmission.rows(),
+                transmission.cols()
+            ))
+            .file(&window.origin.file)
+            .line(window.origin.line)
+            .help("use the BSDF's basis in the comment before the polygon: '#@rfluxmtx h=kf' for Klems full, h=kh half, h=kq quarter"));
+        }
+        for (path, (_, state)) in section.states.iter().zip(&states) {
+            if (state.rows(), state.cols()) != (bins, bins) {
+                return Err(Error::new(format!(
+                    "this state has {} outgoing and {} incident bins, the window {bins}",
+                    state.rows(),
+                    state.cols()
+                ))
+                .file(path)
+                .help("all states of a window need the basis of the window"));
+            }
+        }
+        let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
+        let shade = Shade::read(project, section, &window, warnings)?;
+        let shape = "D has a row per bin and a column per patch, the ground first";
+        let daylight = section.daylight.as_ref().map(|d| Imported::load(d, bins, patches, shape)).transpose()?;
+        windows.push(ProjectWindow {
+            name,
+            window,
+            transmission: transmission.clone(),
+            states: states.clone(),
+            shade,
+            pane: pane.clone(),
+            daylight,
+        });
+    }
+    Ok(windows)
+}
+
+/// A state of the façade: the file's name without its ending, and T.
+fn read_state(path: &Path, warnings: &mut Warnings) -> Result<(String, Matrix<f64>)> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let bsdf = bsdf::read(path, warnings)?;
+    checked(&bsdf, path, warnings)?;
+    Ok((name, in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(path))?)))
+}
+
+/// The scattering function, with warnings of doubtful values.
+fn checked(bsdf: &bsdf::Bsdf, file: &Path, warnings: &mut Warnings) -> Result<Scattering> {
+    let mut found = Warnings::new();
+    let scattering = Scattering::checked(bsdf, &mut found).map_err(|e| e.file(file))?;
+    found.iter().for_each(|w| warnings.push(w.clone().file(file)));
+    Ok(scattering)
+}
+
+/// Scattering data as the sun meets them: with their through-peak, if they have one, as a clear view.
+fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<PaneBsdf> {
+    let scattering = checked(&bsdf::read(file, warnings)?, file, warnings)?;
+    if scattering.lobe(Component::TransmissionFront).is_none() {
+        return Err(Error::new("the BSDF has no transmission of wavelength Visible, so no sun passes it")
+            .file(file)
+            .help("use a file with Visible / Transmission Front or Transmission Back"));
+    }
+    Ok(if scattering.has_peak() { PaneBsdf::PeakBsdf(scattering) } else { PaneBsdf::Bsdf(scattering) })
+}
+
+/// A grey matrix as RGB.
+pub fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
+    if matrix.components() == 3 {
+        return matrix;
+    }
+    let data = matrix.data().iter().flat_map(|&v| [v; 3]).collect();
+    Matrix::from_data(matrix.rows(), matrix.cols(), 3, data).expect("three values per element")
+}
+
+/// Sensors must see some window from its room side, or its normal points the wrong way.
+pub(super) fn check_side(window: &ProjectWindow, sensors: &[Sensor]) -> Result<()> {
+    if sensors.is_empty() {
+        return Ok(());
+    }
+    let corners = || window.window.triangles.iter().flatten();
+    let inside = |sensor: &Sensor| corners().any(|c| (sensor.position - *c).dot(window.window.frame.z) > 0.0);
+    if sensors.iter().any(inside) {
+        return Ok(());
+    }
+    let middle = corners().sum::<DVec3>() / corners().count().max(1) as f64;
+    Err(Error::new(format!(
+        "window '{}' at {:.3} {:.3} {:.3} faces the wrong way: every sensor is behind it",
+        window.name, middle.x, middle.y, middle.z
+    ))
+    .file(&window.window.origin.file)
+    .line(window.window.origin.line)
+    .help("its normal must point into the room: reverse the order of its vertices"))
+}

@@ -1,0 +1,242 @@
+//! Projects, sound and faulty.
+
+use super::*;
+use crate::bins::ReinhartSky;
+use crate::error::Error;
+use crate::simulate::project::method::{Glazing, Phases};
+
+const GOOD: &str = r#"
+[weather]
+file = "a.wea"
+[scene]
+files = ["m.rad", "r.rad"]
+[[window]]
+name = "south"
+surface = "w.rad"
+bsdf = "b.xml"
+[[sensors]]
+name = "workplane"
+points = "p.txt"
+[method]
+phases = 3
+sky_subdivision = 4
+bounces = 4
+[quality]
+preset = "final"
+seed = 0x2a
+"#;
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for f in ["a.wea", "m.rad", "r.rad", "w.rad", "b.xml", "p.txt", "s.rad"] {
+        std::fs::write(folder.path().join(f), "").unwrap();
+    }
+    folder
+}
+
+fn read(text: &str) -> Result<Project> {
+    let folder = folder();
+    let file = folder.path().join("project.toml");
+    std::fs::write(&file, text).unwrap();
+    let project = Project::read(&file)?;
+    project.check_phases(project.method.choice(&project.windows, &glazing()).phases)?;
+    Ok(project)
+}
+
+/// Clear glazing.
+fn glazing() -> Glazing {
+    Glazing { sky: ReinhartSky::new(4).unwrap(), spreads_suns: false }
+}
+
+fn complaint(text: &str) -> String {
+    let message = read(text).unwrap_err().to_string();
+    message[message.find("project.toml").expect("the file is named")..].to_string()
+}
+
+#[test]
+fn a_sound_project_is_read_with_paths_relative_to_it() {
+    let p = read(GOOD).unwrap();
+    assert!(p.weather.file.ends_with("a.wea") && p.weather.file.is_absolute());
+    assert_eq!(p.scene.files.len(), 2);
+    assert_eq!((p.windows[0].name.as_str(), p.sensors[0].name.as_str()), ("south", "workplane"));
+    assert_eq!((p.method.phases, p.method.sky.map(|s| s.subdivision()), p.method.bounces), (Phases::Three, Some(4), Some(4)));
+    assert_eq!((p.quality.preset, p.quality.seed), (Preset::Final, 42));
+}
+
+#[test]
+fn what_is_left_out_has_defaults() {
+    let p = read(&GOOD[..GOOD.find("[method]").unwrap()]).unwrap();
+    assert_eq!((p.method.phases, p.method.sky, p.method.bounces), (Phases::Auto, None, None));
+    assert_eq!(p.method.choice(&p.windows, &glazing()).phases, 3);
+    assert_eq!((p.quality.preset, p.quality.seed), (Preset::Standard, 1));
+}
+
+#[test]
+fn every_fault_is_answered_with_line_key_and_remedy() {
+    // What is replaced by what, the line and the words that must be in the complaint.
+    let cases: &[(&str, &str, usize, &[&str])] = &[
+        ("bounces = 4", "bouncs = 4", 16, &["'bouncs'", "[method]", "did you mean 'bounces'?"]),
+        ("[quality]", "[qualty]", 17, &["'qualty'", "did you mean 'quality'?"]),
+        ("[[window]]", "[[windows]]", 6, &["'windows'", "did you mean 'window'?"]),
+        ("[scene]", "[colours]", 1, &["the project has no 'scene'", "add [scene]"]),
+        ("files = [", "file = [", 5, &["'file'", "[scene]", "did you mean 'files'?"]),
+        ("[[window]]", "[window]", 6, &["window", "[[window]]"]),
+        ("bsdf = \"b.xml\"", "bsfd = \"b.xml\"", 9, &["'bsfd'", "did you mean 'bsdf'?"]),
+        ("bsdf = \"b.xml\"", "", 6, &["[window 1] has no 'bsdf'", "Klems"]),
+        ("bsdf = \"b.xml\"", "bsdf = \"c.xml\"", 9, &["window 1.bsdf", "no file", "c.xml", "relative"]),
+        ("surface = \"w.rad\"", "surface = 3", 8, &["window 1.surface", "a whole number", "text"]),
+        ("sky_subdivision = 4", "sky_subdivision = 7", 15, &["method.sky_subdivision", "1 to 6"]),
+        ("sky_subdivision = 4", "sky_subdivision = 1.5", 15, &["a number, not a whole number"]),
+        ("bounces = 4", "bounces = -1", 16, &["method.bounces", "out of range"]),
+        ("phases = 3", "phases = 4", 14, &["4 phases", "choose 2, 3, 5"]),
+        ("\"final\"", "\"best\"", 18, &["'best'", "\"draft\", \"standard\", \"final\""]),
+        ("seed = 0x2a", "seed = 99999999999999999999", 19, &["quality.seed", "out of range"]),
+        ("seed = 0x2a", "target_error = 0.02", 19, &["quality.target_error", "'preset' and 'target_error' contradict", "keep one"]),
+        ("preset = \"final\"", "rounds = 3\ntime_limit = \"5 min\"", 18, &["quality.rounds", "'time_limit' and 'rounds'"]),
+        ("preset = \"final\"", "target_error = 2", 18, &["quality.target_error", "from 0.0001 to 0.5"]),
+        ("preset = \"final\"", "target_error = 0.0", 18, &["quality.target_error", "out of range"]),
+        ("preset = \"final\"", "time_limit = \"5 fortnights\"", 18, &["quality.time_limit", "'5 fortnights'", "5 min"]),
+        ("preset = \"final\"", "time_limit = \"-1 s\"", 18, &["quality.time_limit", "'-1 s'"]),
+        ("[\"m.rad\", \"r.rad\"]", "[]", 5, &["scene.files", "empty"]),
+        ("[\"m.rad\", \"r.rad\"]", "[\"m.rad\", 3]", 5, &["scene.files", "name of a file"]),
+        ("[\"m.rad\", \"r.rad\"]", "\"m.rad\"", 5, &["scene.files", "a list of files"]),
+        ("file = \"a.wea\"", "", 2, &["[weather] has no 'file'"]),
+        ("name = \"south\"", "name = \"a/b\"", 7, &["window 1.name", "file name"]),
+        ("name = \"south\"", "name = \"../x\"", 7, &["window 1.name", "file name"]),
+        ("points = \"p.txt\"", "points = \".\"", 12, &["sensors 1.points", "a folder"]),
+        ("phases = 3", "phases = = 3", 14, &["toml.io"]),
+        ("phases = 3", "phases = 5", 14, &["five phases need a window", "shade"]),
+        ("phases = 3", "phases = \"some\"", 14, &["'some'", "\"auto\""]),
+        ("phases = 3", "phases = 3\nsuns = 4", 15, &["suns are traced by five phases only"]),
+        ("phases = 3", "suns = \"daily\"", 14, &["'daily'", "\"hourly\""]),
+        ("phases = 3", "suns = 7", 14, &["1 to 6"]),
+        ("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"s.rad\"", 15, &["'south' has a shade", "phases = 5"]),
+        ("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"t.rad\"", 10, &["window 1.shade", "no file"]),
+    ];
+    for (from, to, line, words) in cases {
+        assert!(GOOD.contains(from));
+        let message = complaint(&GOOD.replacen(from, to, 1));
+        assert!(message.starts_with(&format!("project.toml:{line}: ")), "{to}: wanted line {line}: {message}");
+        for word in *words {
+            assert!(message.contains(word), "{to}: no '{word}' in: {message}");
+        }
+    }
+}
+
+#[test]
+fn accuracy_is_asked_for_in_one_way() {
+    use crate::simulate::project::quality::Stop;
+    use std::time::Duration;
+    let stop = |text: &str| read(&GOOD.replace("preset = \"final\"", text)).unwrap().quality.stop();
+    assert_eq!(stop(""), Stop::Rounds(1));
+    assert_eq!(stop("preset = \"final\""), Stop::Rounds(16));
+    assert_eq!(stop("target_error = 0.02"), Stop::Adaptive { target: Some(0.02), time: None, rounds: None });
+    assert_eq!(stop("rounds = 7"), Stop::Adaptive { target: None, time: None, rounds: Some(7) });
+    let both = stop("target_error = 0.01\ntime_limit = \"1.5 h\"");
+    assert_eq!(both, Stop::Adaptive { target: Some(0.01), time: Some(Duration::from_secs(5400)), rounds: None });
+}
+
+#[test]
+fn a_shade_makes_five_phases() {
+    use crate::simulate::project::method::SunScheme;
+    let shaded = GOOD.replace("bsdf = \"b.xml\"", "bsdf = \"b.xml\"\nshade = \"s.rad\"");
+    for (phases, suns) in [
+        ("phases = \"auto\"\nsuns = \"hourly\"", SunScheme::HOURLY),
+        ("phases = 5\nsuns = 4", SunScheme::Patches(ReinhartSky::new(4).unwrap())),
+    ] {
+        let p = read(&shaded.replace("phases = 3", phases)).unwrap();
+        assert_eq!(p.method.choice(&p.windows, &glazing()).phases, 5);
+        assert_eq!(p.method.suns, suns);
+        assert!(p.windows[0].shade.as_ref().is_some_and(|s| s.ends_with("s.rad")));
+    }
+    let p = read(&GOOD.replace("phases = 3", "phases = 2")).unwrap();
+    assert_eq!((p.method.phases, p.method.choice(&p.windows, &glazing()).phases), (Phases::Two, 2));
+}
+
+#[test]
+fn views_and_hours_of_pictures_are_read() {
+    let view = "[[view]]\nname = \"desk\"\nfile = \"m.rad\"\nresolution = [400, 300]\n";
+    let p = read(&format!("{GOOD}{view}[images]\nhours = [12, 3]\n")).unwrap();
+    assert_eq!((p.views[0].name.as_str(), p.views[0].resolution), ("desk", [400, 300]));
+    assert_eq!(p.images.hours, ImageHours::Chosen(vec![12, 3]));
+    assert_eq!(read(&format!("{GOOD}{view}[images]\nhours = \"daylight\"\n")).unwrap().images.hours, ImageHours::Daylight);
+    assert_eq!(read(GOOD).unwrap().images.hours, ImageHours::None);
+    for (wrong, words) in [
+        ("resolution = [400]", "two numbers"),
+        ("resolution = [400, 0]", "out of range"),
+        ("resolution = 400", "a list of whole numbers"),
+        ("name = \"workplane\"", "two sections"),
+    ] {
+        let line =
+            if wrong.starts_with("name") { view.replace("name = \"desk\"", wrong) } else { view.replace("resolution = [400, 300]", wrong) };
+        let message = complaint(&format!("{GOOD}{line}"));
+        assert!(message.contains(words), "{wrong}: {message}");
+    }
+    assert!(complaint(&format!("{GOOD}[images]\nhours = \"daylight\"\n")).contains("[[view]]"));
+    assert!(complaint(&format!("{GOOD}{view}[images]\nhours = \"night\"\n")).contains("'night'"));
+}
+
+#[test]
+fn states_are_for_glare_alone() {
+    let states = GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\", \"w.rad\"]");
+    let message = complaint(&states);
+    assert!(message.starts_with("project.toml:10: sensors: ") && message.contains("'south' has 2 states"), "{message}");
+    assert!(message.contains("illuminance is computed for one state only") && message.contains("a project for each state"));
+    let view = "[[view]]\nname = \"desk\"\nfile = \"m.rad\"\n";
+    let glare = states.replace("[[sensors]]\nname = \"workplane\"\npoints = \"p.txt\"\n", view) + "[glare]\n";
+    assert_eq!(read(&glare).unwrap().windows[0].states.len(), 2);
+    for images in ["hours = [12]", "hours = \"daylight\"", "components = true"] {
+        let message = complaint(&format!("{glare}[images]\n{images}\n"));
+        assert!(message.contains("images: ") && message.contains("a picture is computed for one state only"), "{message}");
+    }
+    let traced = glare.replace("phases = 3", "phases = 5").replace("surface = \"w.rad\"", "surface = \"w.rad\"\nshade = \"s.rad\"");
+    assert!(complaint(&traced).contains("tensor tree of window 'south' in all states"), "{}", complaint(&traced));
+    // One state is no choice.
+    assert!(read(&GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\"]")).is_ok());
+}
+
+#[test]
+fn names_used_twice_are_refused() {
+    let twice = format!("{GOOD}[[sensors]]\nname = \"Workplane\"\npoints = \"p.txt\"\n");
+    assert!(complaint(&twice).contains("two sections [[sensors]] have the name 'Workplane'"));
+}
+
+#[test]
+fn faults_that_show_later_still_name_the_projects_line_and_key() {
+    let view = |resolution: &str| format!("[[view]]\nname = \"desk\"\nfile = \"v.vf\"\nresolution = {resolution}\n");
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("v.vf"), "rvu -vtv -vh 10 -vv 170\n").unwrap();
+    std::fs::write(at("up.txt"), "1 1 1 0 1 0\n2 2 2 0 0 1\n").unwrap();
+    let read = |text: &str| {
+        std::fs::write(at("project.toml"), text).unwrap();
+        Project::read(&at("project.toml"))
+    };
+    let starts = |e: Error, start: &str| {
+        let text = e.to_string();
+        assert!(text.contains(start) && !text.split("help:").next().unwrap().contains(" -"), "{text}");
+    };
+    let project = read(&format!("{GOOD}{}[images]\nhours = [3, 9000]\n", view("[4, 4]"))).unwrap();
+    let place = project.images.place.as_ref().unwrap();
+    starts(place.of(Error::new("there is no hour 9000")), "project.toml:25: images.hours: there is no hour 9000");
+    starts(project.views[0].raster().unwrap_err(), "project.toml:23: view 1.resolution: 4 × 4 square pixels are too few");
+    assert!(read(&format!("{GOOD}{}", view("[1, 400]"))).unwrap().views[0].raster().is_ok());
+    let looking_up = format!("{GOOD}[[views]]\nname = \"seats\"\npoints = \"up.txt\"\n");
+    starts(read(&looking_up).unwrap_err(), "up.txt:2: this point looks straight up or down");
+    let comma = read(&GOOD.replace("preset = \"final\"", "target_error = 0,02")).unwrap_err().to_string();
+    assert!(comma.contains("project.toml:18: ") && comma.contains("write a point in place of the comma: 0.02"), "{comma}");
+}
+
+#[test]
+fn garbage_is_refused_without_panic() {
+    for cut in 0..GOOD.len() {
+        if GOOD.is_char_boundary(cut) {
+            let _ = read(&GOOD[..cut]);
+        }
+    }
+    let folder = folder();
+    let file = folder.path().join("project.toml");
+    std::fs::write(&file, [b'\n', 0xff, 0xfe, 0, 1]).unwrap();
+    assert!(Project::read(&file).unwrap_err().to_string().contains("project.toml:2: this is binary data, not a project file"));
+    assert!(Project::read(&folder.path().join("none.toml")).is_err());
+}

@@ -1,0 +1,99 @@
+//! Settings of a project that can be changed.
+
+use crate::bins::{AngleBasis, KlemsBasis};
+use crate::bsdf::{self, Block, Component, resample::to_klems};
+use crate::error::{Error, Result, Warnings};
+use crate::simulate::inputs::{Inputs, in_colour};
+use crate::simulate::project::Project;
+
+/// What is changed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Knob {
+    /// Samples of everything, as a multiple of `preset = "standard"`.
+    Samples(f64),
+    /// Limit of diffuse reflections, Radiance's `-ab`.
+    Bounces(u32),
+    /// Basis of the windows.
+    Basis(KlemsBasis),
+    /// Reinhart subdivision of the sky, and samples with it.
+    Sky(usize, f64),
+    /// Width and height of pictures, as a multiple of the project's.
+    Picture(f64),
+    /// Three phases where the project has five.
+    ThreePhase,
+    /// Suns at patches of MF:n.
+    Suns(usize),
+    /// Suns where they are.
+    HourlySuns,
+}
+
+impl Knob {
+    /// The family it belongs to, and its value.
+    pub fn names(&self) -> (&'static str, String) {
+        match self {
+            Self::Samples(scale) => ("samples", multiple(*scale)),
+            Self::Bounces(n) => ("bounces", n.to_string()),
+            Self::Basis(basis) => ("basis", basis.xml_name().rsplit([' ', '/']).next().unwrap_or_default().to_lowercase()),
+            Self::Sky(n, 1.0) => ("sky", format!("MF:{n}")),
+            Self::Sky(n, scale) => ("sky", format!("MF:{n} x{}", multiple(*scale))),
+            Self::Picture(scale) => ("picture", format!("{scale}")),
+            Self::ThreePhase => ("method", "three phases".into()),
+            Self::Suns(n) => ("method", format!("suns MF:{n}")),
+            Self::HourlySuns => ("method", "hourly suns".into()),
+        }
+    }
+
+    /// Whether pictures are all that it changes.
+    pub(super) fn is_for_pictures(&self) -> bool {
+        matches!(self, Self::Picture(_))
+    }
+}
+
+fn multiple(scale: f64) -> String {
+    if scale < 1.0 { format!("1/{:.0}", 1.0 / scale) } else { format!("{scale:.0}") }
+}
+
+/// The sky of all settings that do not change it.
+pub(super) fn finest(project: &Project, inputs: &Inputs) -> usize {
+    inputs.sky(project).subdivision().max(4)
+}
+
+/// All settings that make sense for a project: around its own method with a fine sky, at standard
+/// quality.
+pub fn knobs(project: &Project, inputs: &Inputs) -> Vec<Knob> {
+    let mut all: Vec<Knob> = [1.0 / 16.0, 0.25, 1.0].map(Knob::Samples).to_vec();
+    all.extend([1, 2, 4].map(Knob::Bounces));
+    let bins = inputs.windows.iter().map(|w| w.window.basis.len()).max().unwrap_or(0);
+    let coarser = [KlemsBasis::Half, KlemsBasis::Quarter].into_iter().filter(|b| AngleBasis::from(*b).len() < bins);
+    all.extend(coarser.map(Knob::Basis));
+    all.extend([(1, 1.0 / 16.0), (1, 1.0), (2, 1.0)].map(|(n, scale)| Knob::Sky(n, scale)));
+    if !project.views.is_empty() && project.glare.is_some() {
+        all.extend([0.5, 2.0].map(Knob::Picture));
+    }
+    if inputs.choice(project).phases == 5 {
+        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns]);
+    }
+    all
+}
+
+/// Windows and transmissions over another basis.
+pub(super) fn rebase(inputs: &mut Inputs, project: &Project, basis: &AngleBasis) -> Result<()> {
+    for window in &mut inputs.windows {
+        let section = project
+            .windows
+            .iter()
+            .find(|s| window.name == s.name || window.name.starts_with(&format!("{}-", s.name)))
+            .ok_or_else(|| Error::new(format!("window '{}' belongs to no [[window]]", window.name)))?;
+        let mut data = bsdf::read(&section.bsdf, &mut Warnings::new())?;
+        for blocks in [&mut data.visible, &mut data.cie_x, &mut data.cie_z] {
+            for component in [Component::TransmissionFront, Component::TransmissionBack] {
+                let slot = blocks.slot(component);
+                *slot = slot.take().map(|block| Block::Klems(to_klems(&block, basis, basis)));
+            }
+        }
+        window.transmission = in_colour(bsdf::transmission_matrix(&data).map_err(|e| e.file(&section.bsdf))?);
+        window.window.basis = basis.clone();
+        window.states.clear();
+    }
+    Ok(())
+}

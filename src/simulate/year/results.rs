@@ -1,0 +1,104 @@
+//! A result folder with the room it belongs to.
+
+use super::arrays::Year;
+use crate::error::{Result, Warnings};
+use crate::scene::{self, MaterialIndex, Scene, Triangle};
+use crate::simulate::inputs::{read_scene, read_surfaces};
+use crate::simulate::project::Project;
+use crate::weather::Weather;
+use crate::weather::time::Time;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// A result folder, read back: the year and, if its project is found, the room.
+///
+/// ```no_run
+/// let results = lucarne::simulate::Results::open("out/office".as_ref())?;
+/// for group in &results.year.sensors {
+///     println!("{}: {} lx at the first sensor at noon of the first day", group.name, group.illuminance.at(0, 12)[0]);
+/// }
+/// # lucarne::Result::Ok(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Results {
+    /// What was computed.
+    pub year: Year,
+    /// The room and its site, if the project is found.
+    pub surroundings: Option<Surroundings>,
+}
+
+/// What the project of a result folder tells of the room.
+#[derive(Debug, Clone)]
+pub struct Surroundings {
+    /// The room, its windows included.
+    pub scene: Scene,
+    /// Site and weather.
+    pub weather: Weather,
+    /// Further states of windows that the project names: BSDF files by the window's name.
+    pub states: HashMap<String, Vec<PathBuf>>,
+}
+
+impl Results {
+    /// Reads a result folder and, where it finds the project, the room.
+    ///
+    /// # Errors
+    /// As [`Year::open`]. A project that is missing or has changed is a note in [`Year::notes`].
+    pub fn open(folder: &Path) -> Result<Self> {
+        let mut year = Year::open(folder)?;
+        let stated = Some(&year.summary.project).filter(|p| !p.as_os_str().is_empty()).map(|p| folder.join(p));
+        let mut surroundings = None;
+        if let Some(project) = stated.or_else(|| guess_project(folder)) {
+            match Surroundings::read(&project, &mut year) {
+                Ok(found) => surroundings = Some(found),
+                Err(e) => year.notes.push(format!("the room's outline and the sun are not shown: {e}")),
+            }
+        }
+        if let Some(weather) = surroundings.as_ref().map(|s| &s.weather)
+            && weather.records.len() == year.times.len()
+        {
+            year.times = weather.records.iter().map(Time::from).collect();
+        }
+        Ok(Self { year, surroundings })
+    }
+}
+
+impl Surroundings {
+    /// Reads the room of a project, and where the sensors of its year face.
+    fn read(file: &Path, year: &mut Year) -> Result<Self> {
+        let project = Project::read(file)?;
+        let mut warnings = Warnings::new();
+        let weather = Weather::read(&project.weather.file, &mut warnings)?;
+        let mut scene = read_scene(&project, &mut warnings)?;
+        let mut states = HashMap::new();
+        for section in &project.windows {
+            // A section of several windows names each after itself.
+            let own = |name: &&String| **name == section.name || name.starts_with(&format!("{}-", section.name));
+            if section.states.len() > 1 {
+                let names = year.summary.windows.iter().map(|w| &w.name).filter(own);
+                states.extend(names.map(|name| (name.clone(), section.states[1..].to_vec())));
+            }
+            // Windows are part of the outline.
+            for window in read_surfaces(&project, section, &mut warnings)? {
+                let surface = scene.surfaces.len() as u32;
+                scene.surfaces.push(window.origin.clone());
+                let triangle = |t: &[glam::DVec3; 3]| Triangle { vertices: *t, material: MaterialIndex(u32::MAX), surface };
+                scene.triangles.extend(window.triangles.iter().map(triangle));
+            }
+        }
+        for section in &project.sensors {
+            let sensors = scene::read_sensors(&section.points, Some(&section.name), &mut warnings)?;
+            if let Some(group) = year.sensors.iter_mut().find(|g| g.name == section.name && g.count() == sensors.len()) {
+                group.positions = sensors.iter().map(|s| s.position).collect();
+                group.directions = sensors.iter().map(|s| s.direction).collect();
+            }
+        }
+        Ok(Self { scene, weather, states })
+    }
+}
+
+/// A result folder `out/NAME` of a checkout whose project is `scenes/NAME/project.toml`.
+fn guess_project(folder: &Path) -> Option<PathBuf> {
+    let folder = std::path::absolute(folder).ok()?;
+    let project = folder.parent()?.parent()?.join("scenes").join(folder.file_name()?).join("project.toml");
+    project.exists().then_some(project)
+}
