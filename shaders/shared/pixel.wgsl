@@ -31,6 +31,20 @@ struct BinShare {
     padding: u32,
 }
 
+// What few hits leave open, of a pixel's surface point in a batch; irradiance, sr.
+struct PixelChances {
+    // Straight from the windows: with nothing in the way; how many rays, and how many of them arrived.
+    straight: f32,
+    rays: f32,
+    hits: f32,
+    // By light paths: sum of what the rays stand for, of its squares, and of those that arrived.
+    gathered: f32,
+    gathered_squares: f32,
+    gathered_hits: f32,
+    padding0: f32,
+    padding1: f32,
+}
+
 // Element of a [bin][batch][pixel] table.
 fn pixel_cell(params_bins_batch_pixels: vec3<u32>, bin: u32, batch: u32, pixel: u32) -> u32 {
     return (bin * params_bins_batch_pixels.y + batch) * params_bins_batch_pixels.z + pixel;

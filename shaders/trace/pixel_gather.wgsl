@@ -3,12 +3,14 @@
 //
 // As in `view_gather`, what arrives with nothing in the way is summed exactly; but a pixel has few
 // rays for all bins together, drawn in proportion to the connections. A bin's share of rays that
-// arrive is its own where it has rays, and that of the whole pixel where it has none.
+// arrive is its own where it has rays, and that of the whole pixel where it has none; what the rays
+// found of all bins together is kept.
 
-import package::shared::pixel::{TileParams, BinShare, pixel_cell};
+import package::shared::pixel::{TileParams, BinShare, PixelChances, pixel_cell};
 import package::shared::receiver::{Receiver, VirtualLight};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{straight_transmittance};
+import package::shared::material::{largest};
 import package::shared::counters::{count_finished};
 
 // Rays per receiver.
@@ -27,6 +29,8 @@ const MOST_RAYS: u32 = 64u;
 @group(0) @binding(11) var<storage, read> lights: array<VirtualLight>;
 // [batch][bin]
 @group(0) @binding(12) var<storage, read> light_counts: array<u32>;
+// [batch][pixel]
+@group(0) @binding(13) var<storage, read_write> chances: array<PixelChances>;
 
 fn connection(receiver: Receiver, light: u32) -> f32 {
     let to_light = lights[light].position - receiver.position;
@@ -99,6 +103,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     }
     var traced = 0.0;
     var arrived = vec3<f32>(0.0);
+    var hits = 0.0;
     for (var ray = 0u; ray < found; ray++) {
         let light = lights[chosen[ray].y];
         let to_light = light.position - receiver.position;
@@ -109,9 +114,30 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         shares[cell].arrived += passed;
         traced += 1.0;
         arrived += passed;
+        hits += select(0.0, 1.0, largest(passed) > 0.0);
     }
+    // A channel's share of what one ray stands for.
+    let each = step * (0.3183098861837907 / 3.0 / f32(params.paths));
+    let place = batch * params.pixels + pixel;
+    chances[place].gathered += each * traced;
+    chances[place].gathered_squares += each * each * traced;
+    chances[place].gathered_hits += each * hits;
     let mean_share = select(vec3<f32>(1.0), arrived / max(traced, 1.0), traced > 0.0);
-    let scale = weight * (0.3183098861837907 / f32(params.paths));
+    var scale = weight * (0.3183098861837907 / f32(params.paths));
+    if hits > 0.0 && hits < traced {
+        // Bins with rays have shares of their own, one after the other.
+        let one = vec3<f32>(1.0);
+        let wanted = total * dot(mean_share, one);
+        var sum = wanted;
+        for (var ray = 0u; ray < found; ray++) {
+            if ray + 1u == found || chosen[min(ray + 1u, MOST_RAYS - 1u)].x != chosen[ray].x {
+                let share = shares[pixel_cell(shape, chosen[ray].x, batch, pixel)];
+                let part = (share.arrived + mean_share) / (share.traced + 1.0);
+                sum += dot(share.unobstructed, one) * dot(part - mean_share, one);
+            }
+        }
+        scale *= wanted / sum;
+    }
     for (var bin = 0u; bin < params.bins; bin++) {
         let cell = pixel_cell(shape, bin, batch, pixel);
         let share = shares[cell];

@@ -1,6 +1,12 @@
 //! Light paths from the windows into the room, and paths from receivers for what they cannot give:
 //! the parts that the view matrices of sensors and of pictures have in common.
 
+mod doubts;
+mod images;
+
+pub(crate) use self::doubts::{BinShares, Chances, are_enough};
+pub(crate) use self::images::{Beholder, WindowImages};
+
 use crate::error::{Error, Result};
 use crate::gpu::{BindGroup, Buffer, Device, Kernel};
 use crate::gpu_struct;
@@ -95,10 +101,10 @@ const MOST_VERTICES: u32 = 1 << 14;
 /// Bound on what one path of `view_near` may add to one cell, sr.
 const NEAR_BOUND: f64 = 64.0;
 
-/// `LOOK_UNITS` of `view_near`.
-const LOOK_UNITS: f64 = 256.0;
+/// `LOOK_UNITS` of `view_near` and `pixel_receivers`.
+pub(crate) const LOOK_UNITS: f64 = 256.0;
 
-/// Workgroups of `view_near` along x.
+/// Workgroups of `view_near` and `view_images` along x.
 const WORKGROUPS_PER_ROW: u32 = 16384;
 
 /// Shaders of this module, for the tests.
@@ -116,6 +122,7 @@ pub fn registered() -> Vec<crate::gpu::Registered> {
             .with::<trace::Counters>(),
         Registered::new("trace/light_compact").with::<CompactParams>().with::<VirtualLight>(),
         Registered::new("trace/view_near").with::<NearParams>().with::<Receiver>(),
+        Registered::new("trace/view_images").with::<images::ImageParams>().with::<images::ImageView>().with::<images::ImageLight>(),
     ]
 }
 
@@ -336,15 +343,6 @@ pub(crate) struct NearPaths {
     /// `[batch][receiver]`: rays that left a reflection, those of them that met a window, the sum of their
     /// weights.
     looks: Vec<[u32; 3]>,
-}
-
-impl NearPaths {
-    /// Rays of one receiver that left a reflection, how many of them met a window, and their mean weight, sr.
-    pub fn looks(&self, receiver: usize, count: usize) -> (f64, f64, f64) {
-        let sum = |i: usize| self.looks.iter().skip(receiver).step_by(count).map(|l| f64::from(l[i])).sum::<f64>();
-        let looks = sum(0);
-        (looks, sum(1), if looks > 0.0 { sum(2) / LOOK_UNITS / looks } else { std::f64::consts::PI })
-    }
 }
 
 /// Paths from `count` receivers.

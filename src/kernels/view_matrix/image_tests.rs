@@ -267,3 +267,45 @@ fn a_slit_is_seen_as_wide_as_it_is() {
     let (found, error) = mean_and_error(&v.batches.iter().map(|b| sum(&b.total)).collect::<Vec<_>>());
     assert!((found - wanted).abs() < 4.0 * error && error < 0.1 * wanted, "{found} ± {error}, {wanted}");
 }
+
+#[test]
+fn light_paths_that_none_of_few_rays_reach_are_doubted() {
+    let Some(device) = Device::for_tests("doubtful light paths") else { return };
+    // A wall that a window lights, beside a black wall without a slit and with nothing in its place.
+    let room = |closed: bool| {
+        let mut b = Builder::default();
+        let (black, grey) = (b.grey(0.0), b.grey(0.6));
+        b.quad([[-1.0, 0.5, 0.0], [-1.0, 2.5, 0.0], [-1.0, 2.5, 2.0], [-1.0, 0.5, 2.0]], grey);
+        if closed {
+            b.quad([[2.0, -9.0, -9.0], [2.0, 9.0, -9.0], [2.0, 9.0, 9.0], [2.0, -9.0, 9.0]], black);
+        }
+        b.scene
+    };
+    let w = window([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 0.0]], DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
+    let eye = sensor([3.0, 1.5, 1.0], [-0.4, 1.0, 0.0]);
+    let run = |closed: bool, options: ViewOptions| {
+        let v = compute(&device, &room(closed), std::slice::from_ref(&w), &[eye], &options, &Silent).unwrap();
+        let sum = |m: &Matrix<f32>| m.data().iter().step_by(3).map(|x| f64::from(*x)).sum::<f64>();
+        (sum(&v.total), sum(&v.standard_error))
+    };
+    let options =
+        ViewOptions { bounces: Some(2), direct_samples: 16, light_paths: 4, visibility_rays: 1, near_samples: 1, ..ViewOptions::default() };
+    let open = run(false, ViewOptions { light_paths: 1024, visibility_rays: 32, ..options }).0;
+    let worst = || {
+        (0..4).fold(0.0f64, |worst, seed| {
+            let (value, error) = run(true, ViewOptions { seed, ..options });
+            assert_eq!(value, 0.0);
+            // Half of one ray among 41 bins of eight batches, if all stood for as much; some stand for more.
+            let ratio = error / (0.5f64.sqrt() * open / (41.0 * 8.0));
+            println!("seed {seed}: stated {error:.2e} of {open:.2e}, {ratio:.2} rays");
+            worst.max((ratio / 4.0).max(1.0 / ratio))
+        })
+    };
+    assert!(worst() < 1.0);
+    for (from, to) in
+        [("weight * weight * squares", "weight * squares"), ("alike += 1.0;", "alike += 4.0;"), ("weight * f32(RAYS)", "step * f32(RAYS)")]
+    {
+        let found = mutation::with("trace/view_gather", from, to, worst);
+        assert!(!(found < 1.0), "'{to}' is not found out: {found}");
+    }
+}
