@@ -18,7 +18,8 @@ use crate::bins::{AngleBasis, Frame};
 use glam::DVec3;
 
 /// Index into [`Scene::materials`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, bytemuck::NoUninit)]
+#[repr(transparent)]
 pub struct MaterialIndex(pub u32);
 
 /// How a surface answers to light. Colours are RGB in 0…1, radiances W/m²sr; parameters as in

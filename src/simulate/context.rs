@@ -38,19 +38,8 @@ impl Context<'_> {
 
     /// What rays can meet.
     pub fn scene_fingerprint(&self, kind: &str) -> Fingerprint {
-        let scene = &self.inputs.scene;
-        let triangles: Vec<_> = scene.triangles.iter().map(|t| (t.vertices, t.material)).collect();
-        let materials: Vec<_> = scene.materials.iter().map(|m| m.kind).collect();
-        // Each of them absorbs the light of all others.
-        let windows: Vec<_> = scene.windows.iter().map(|w| (&w.triangles, w.frame.z)).collect();
         let device = self.device.summary();
-        *Fingerprint::new(kind)
-            .add(&triangles)
-            .add(&materials)
-            .add(&("windows absorb", windows))
-            .add(&scene.unpruned)
-            .add(&device.name)
-            .add(&device.driver)
+        *Fingerprint::new(kind).add_all_of(self.inputs.scene_fingerprint()).add(&device.name).add(&device.driver)
     }
 
     /// The same with the windows that emit.

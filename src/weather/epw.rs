@@ -1,7 +1,8 @@
 //! EnergyPlus weather files (EnergyPlus Auxiliary Programs, "EPW data dictionary"): eight header
 //! lines of comma-separated words, then one line per time step. Only what daylight needs is read.
 
-use super::{Calendar, Quantity, Radiation, Record, Weather, bounded, check_site, date, number, series};
+use super::radiation::Radiation;
+use super::{Calendar, Quantity, Record, Weather, bounded, check_site, date, number, series};
 use crate::error::{Error, Result, Warnings};
 use series::Period;
 
@@ -52,7 +53,7 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
     if weather.records.is_empty() {
         return Err(Error::new("the file ends after its header: there is no time step").line(last_line));
     }
-    radiation.warn(warnings);
+    radiation.finish(warnings)?;
     series::check_epw(&weather.records, &period, warnings)?;
     Ok(weather)
 }

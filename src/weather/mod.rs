@@ -5,6 +5,7 @@
 //! year) is an error with its line; what is only suspicious becomes a warning.
 
 mod epw;
+mod radiation;
 mod series;
 mod steps;
 pub mod sun;
@@ -67,11 +68,6 @@ pub struct Weather {
     /// The time steps in the order of the file.
     pub records: Vec<Record>,
 }
-
-/// More than the sun sends: 1367 W/m² reach 1415 W/m² at perihelion; the rest is slack for
-/// instruments. As illuminance, 127.5 klx per 1367 W/m².
-const MAX_IRRADIANCE: f64 = 1500.0;
-const MAX_ILLUMINANCE: f64 = MAX_IRRADIANCE / 1367.0 * 127_500.0;
 
 impl Weather {
     /// Reads a weather file, EPW or WEA.
@@ -146,85 +142,6 @@ impl Calendar {
         } else {
             common + u16::from(self.leap_day_seen)
         }
-    }
-}
-
-/// Radiation in the unit of the file: what a column holds, and the dark steps where it holds nothing
-/// that is usable.
-struct Radiation {
-    /// Names of direct and diffuse.
-    names: [&'static str; 2],
-    most: f64,
-    /// The value of EPW files that means "not measured"; so do 99999 and so on.
-    missing: f64,
-    unit: &'static str,
-    /// The first step of night taken as 0, and the value that stood there.
-    dark: Option<(Record, String)>,
-    more_dark: usize,
-}
-
-impl Radiation {
-    fn new(quantity: Quantity) -> Self {
-        let irradiance = |direct| Self {
-            names: [direct, "diffuse horizontal irradiance"],
-            most: MAX_IRRADIANCE,
-            missing: 9999.0,
-            unit: " W/m²",
-            dark: None,
-            more_dark: 0,
-        };
-        match quantity {
-            Quantity::NormalIrradiance => irradiance("direct normal irradiance"),
-            Quantity::HorizontalIrradiance => irradiance("direct horizontal irradiance"),
-            Quantity::Illuminance => Self {
-                names: ["direct normal illuminance", "diffuse horizontal illuminance"],
-                most: MAX_ILLUMINANCE,
-                missing: 999_999.0,
-                unit: " lx",
-                ..irradiance("")
-            },
-        }
-    }
-
-    /// Fills in direct and diffuse. Where the sun is down, a negative or missing value is no light.
-    fn read(&mut self, words: [&str; 2], record: &mut Record, weather: &Weather) -> Result<()> {
-        let is_night = weather.sun(record).altitude <= 0.0;
-        // -999 and -9999 mean "not measured" too, and no instrument is 99 W/m² off.
-        let nines = |v: f64| v == 10f64.powi((v + 1.0).log10().round() as i32) - 1.0;
-        let is_missing = |v: f64| v <= -99.0 || (v >= self.missing && nines(v));
-        let mut values = [0.0; 2];
-        let mut unusable = None;
-        for ((value, word), name) in values.iter_mut().zip(words).zip(self.names) {
-            let word = word.trim();
-            let v = if word.is_empty() { self.missing } else { number(word, name)? };
-            if is_night && (v < 0.0 || is_missing(v)) {
-                unusable.get_or_insert_with(|| if word.is_empty() { "nothing" } else { word }.to_string());
-                continue;
-            }
-            if is_missing(v) {
-                return Err(Error::new(format!("the value is missing ({})", if word.is_empty() { "empty" } else { word }))
-                    .field(name)
-                    .help("fill the gap, for instance from a neighbouring hour, or use another weather file"));
-            }
-            *value = bounded(word, name, 0.0, self.most, self.unit)?;
-        }
-        [record.direct, record.diffuse] = values;
-        match (unusable, &self.dark) {
-            (Some(word), None) => self.dark = Some((*record, word)),
-            (Some(_), Some(_)) => self.more_dark += 1,
-            (None, _) => {}
-        }
-        Ok(())
-    }
-
-    /// Says once how many steps of night were taken as dark.
-    fn warn(&self, warnings: &mut Warnings) {
-        let Some((first, word)) = &self.dark else { return };
-        let more = if self.more_dark > 0 { format!(", and {} more steps", self.more_dark) } else { String::new() };
-        warnings.push(
-            Error::new(format!("negative or missing radiation while the sun is down ({word} at {}{more}): 0 is used", series::time(first)))
-                .line(first.line),
-        );
     }
 }
 

@@ -162,7 +162,7 @@ fn impossible_values_are_refused_with_line_and_field() {
         ("1 1 -1 0 0", "hour: -1 is impossible"),
         ("1 1 12 -5 0", "direct normal irradiance: -5 is impossible"),
         ("1 1 12 0 -0.1", "diffuse horizontal irradiance: -0.1 is impossible"),
-        ("1 1 12 1501 0", "direct normal irradiance: 1501 is impossible"),
+        ("1 1 12 3001 0", "direct normal irradiance: 3001 is impossible: it lies outside 0 … 3000 W/m²"),
         ("1 1 12 0 9998", "diffuse horizontal irradiance: 9998 is impossible"),
         ("1 1 12 0 9999", "diffuse horizontal irradiance: the value is missing (9999)"),
         ("1 1 12 nan 0", "direct normal irradiance: 'nan' is not a number"),
@@ -242,7 +242,7 @@ fn radiation_that_was_not_measured_at_night_is_none() {
         assert!(warned.contains("at 6/21 0.50 h, and 7 more steps): 0 is used"), "{warned}");
     }
     for (at_noon, message) in [
-        (["-999", "100"], "line 20: direct normal irradiance: the value is missing (-999)"),
+        (["-999", "100"], "line 20: direct normal irradiance: the value is missing (-999 at 6/21 11.50 h): 1 of 15 steps"),
         (["600", "9999"], "line 20: diffuse horizontal irradiance: the value is missing (9999)"),
         (["", "100"], "line 20: direct normal irradiance: the value is missing (empty)"),
         (["-5", "100"], "line 20: direct normal irradiance: -5 is impossible"),
@@ -255,7 +255,10 @@ fn radiation_that_was_not_measured_at_night_is_none() {
         let values: Vec<_> = read(&text).records.iter().map(|r| (r.direct, r.diffuse)).collect();
         assert_eq!(values, [(0.0, 0.0), (0.0, 0.0), (700.0, 120.0)]);
         assert!(warning(&text).contains("(-999 at 6/21 0.50 h, and 1 more steps)"), "{}", warning(&text));
-        assert!(refusal(&text.replace("12.5 700", "12.5 -999")).contains("the value is missing (-999)"));
+        assert!(
+            refusal(&text.replace("12.5 700", "12.5 -999"))
+                .contains("the value is missing (-999 at 6/21 12.50 h): 1 of 1 steps with the sun up")
+        );
     }
 }
 
@@ -392,4 +395,53 @@ fn the_reference_year_is_complete() {
         assert_eq!(w.records.len(), 8760);
         assert!((w.latitude - 40.78).abs() < 1e-9 && (w.longitude + 73.96).abs() < 1e-9);
     }
+}
+
+#[test]
+fn a_few_gaps_by_day_are_dark_and_said_many_are_refused() {
+    // Of the steps with the sun up a twentieth may lack their radiation: 17 of 354.
+    let days: Vec<(u8, u8)> = (5..=28).map(|d| (6, d)).collect();
+    let whole = hourly_epw("6/5,6/28", &days);
+    let daylit = {
+        let w = read(&whole);
+        w.records.iter().filter(|r| w.sun(r).altitude > 0.0).count()
+    };
+    assert_eq!(daylit, 354);
+    let with_gaps = |count: usize| {
+        let w = read(&whole);
+        let lines: Vec<usize> = w.records.iter().filter(|r| w.sun(r).altitude > 0.0).map(|r| r.line).take(count).collect();
+        whole
+            .lines()
+            .enumerate()
+            .map(|(i, l)| {
+                if !lines.contains(&(i + 1)) {
+                    return format!("{l}\n");
+                }
+                let mut fields: Vec<&str> = l.split(',').collect();
+                (fields[14], fields[15]) = ("-999", "100");
+                fields.join(",") + "\n"
+            })
+            .collect::<String>()
+    };
+    let w = read(&with_gaps(17));
+    let gaps: Vec<_> = w.records.iter().filter(|r| w.sun(r).altitude > 0.0).take(17).collect();
+    // The diffuse half of such a step was measured, but a sky of half a measurement is no sky.
+    assert!(gaps.iter().all(|r| (r.direct, r.diffuse) == (0.0, 0.0)));
+    let text = warning(&with_gaps(17));
+    assert!(text.contains(&format!("17 of {daylit} steps with the sun up: these are dark in the results")), "{text}");
+    assert!(refusal(&with_gaps(18)).contains(&format!("18 of {daylit} steps with the sun up")), "{}", refusal(&with_gaps(18)));
+}
+
+#[test]
+fn a_direct_value_above_the_suns_is_used_and_said() {
+    for (units, value, told) in [("1", "2337", "2337 W/m²"), ("2", "1501", "1501 W/m²"), ("3", "200000", "200000 lx")] {
+        let text = wea(&format!("4 28 17.5 {value} 120\n4 28 18.5 1300 120\n")).replace("units 1", &format!("units {units}"));
+        assert_eq!(read(&text).records[0].direct, value.parse::<f64>().unwrap());
+        let warned = warning(&text);
+        assert!(
+            warned.contains(&format!("line 7: brighter than the sun outside the atmosphere ({told} at 4/28 17.50 h): used")),
+            "{warned}"
+        );
+    }
+    assert_eq!(warning(&wea("4 28 17.5 1500 120\n")), "");
 }

@@ -10,7 +10,8 @@
 //! 1 1 0.500 0 0                   month day hour direct diffuse [aerosol optical depth, cloud cover…]
 //! ```
 
-use super::{Calendar, Quantity, Radiation, Record, Weather, bounded, check_site, date, number, series};
+use super::radiation::Radiation;
+use super::{Calendar, Quantity, Record, Weather, bounded, check_site, date, number, series};
 use crate::error::{Error, Result, Warnings};
 use crate::text;
 
@@ -78,7 +79,7 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
     if weather.records.is_empty() {
         return Err(Error::new("the file ends after its header: there is no time step").line(last_line));
     }
-    radiation.warn(warnings);
+    radiation.finish(warnings)?;
     series::check_wea(&weather.records, warnings)?;
     Ok(weather)
 }

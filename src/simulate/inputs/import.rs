@@ -39,7 +39,7 @@ impl Imported {
 
     /// Tells what is computed from it from what is traced.
     pub fn mark(&self, inputs: &mut Fingerprint) {
-        inputs.add(&"imported").add(&self.total.data()).add(&self.direct.as_ref().map(Matrix::data));
+        inputs.add(&"imported").add_values(self.total.data()).add_values(self.direct.as_ref().map_or(&[], Matrix::data));
     }
 }
 

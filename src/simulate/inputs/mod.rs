@@ -19,9 +19,11 @@ use crate::scene::{self, Scene, Window};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::glazing;
 use crate::simulate::project::{Project, SensorsSection, WindowSection};
+use crate::simulate::store::fingerprint::Fingerprint;
 use crate::weather::Weather;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// The contents of all files of a project.
 #[derive(Debug, Clone)]
@@ -37,6 +39,8 @@ pub struct Inputs {
     /// Of all sensors in the order of the groups, whether no way of light to them was found (see
     /// [`reach`]).
     pub seem_dark: Vec<bool>,
+    /// Of the scene, hashed once.
+    scene_fingerprint: OnceLock<Fingerprint>,
 }
 
 /// A window with its transmission.
@@ -75,6 +79,24 @@ pub struct SensorGroup {
 }
 
 impl Inputs {
+    /// What rays can meet.
+    pub fn scene_fingerprint(&self) -> Fingerprint {
+        *self.scene_fingerprint.get_or_init(|| {
+            let scene = &self.scene;
+            let corners: Vec<DVec3> = scene.triangles.iter().flat_map(|t| t.vertices).collect();
+            let indices: Vec<_> = scene.triangles.iter().map(|t| t.material).collect();
+            let materials: Vec<_> = scene.materials.iter().map(|m| m.kind).collect();
+            // Each of them absorbs the light of all others.
+            let windows: Vec<_> = scene.windows.iter().map(|w| (&w.triangles, w.frame.z)).collect();
+            *Fingerprint::new("scene")
+                .add_values(&corners)
+                .add_values(&indices)
+                .add(&materials)
+                .add(&("windows absorb", windows))
+                .add(&scene.unpruned)
+        })
+    }
+
     /// Reads and checks all files of a project.
     ///
     /// # Errors
@@ -104,7 +126,7 @@ impl Inputs {
         let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
         let seem_dark = reach::seem_dark(&scene, &plain, &sensors);
         reach::warn(&sensors, &seem_dark, warnings);
-        let inputs = Self { weather, scene, windows, sensors, seem_dark };
+        let inputs = Self { weather, scene, windows, sensors, seem_dark, scene_fingerprint: OnceLock::new() };
         inputs.check_suns(project, warnings)?;
         inputs.check_peaks(project, warnings);
         Ok(inputs)

@@ -35,11 +35,11 @@ pub fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet) 
     }
     add_scattering_data(project, &mut fingerprint)?;
     for shade in inputs.shades() {
-        fingerprint.add(&shade.scene.materials).add(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
+        fingerprint.add(&shade.scene.materials).add_values(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
     }
     let files = groups.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
     if let Some(given) = import::sun_matrices(files, suns)? {
-        keep(context, &given, groups, *Fingerprint::new("C imported").add(&given.total.data()))?;
+        keep(context, &given, groups, *Fingerprint::new("C imported").add_values(given.total.data()))?;
         write_suns(context, suns)?;
         return Ok((given, false));
     }
@@ -108,7 +108,7 @@ pub fn write_suns(context: &Context<'_>, suns: &SunSet) -> Result<()> {
 /// A file that cannot be read any more.
 pub fn add_scattering_data(project: &Project, fingerprint: &mut Fingerprint) -> Result<()> {
     for file in project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
-        fingerprint.add(&crate::files::read(file)?);
+        fingerprint.add_values(&crate::files::read(file)?);
     }
     Ok(())
 }

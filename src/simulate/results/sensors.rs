@@ -104,7 +104,7 @@ pub fn write_coefficients(context: &Context<'_>, made: &Made<'_>) -> Result<()> 
     let transmitted = transmitted(inputs, &inputs.transmissions(), &daylight, &|_| true)?;
     let coefficients = multiply(&made.sampled.view.total(), &transmitted).map(|v| v as f32);
     for (group, part) in inputs.sensors.iter().zip(split(&coefficients, &inputs.sensors)) {
-        let key = *Fingerprint::new("DC").add(&part.data());
+        let key = *Fingerprint::new("DC").add_values(part.data());
         context.store.save(&format!("DC_{}", group.name), &part, key, "daylight coefficients V·T·D, rows sensors, columns patches")?;
     }
     Ok(())

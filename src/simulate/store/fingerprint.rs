@@ -1,43 +1,62 @@
 //! Fingerprints of what a matrix was computed from, so that a repeated run reuses what is still
 //! valid.
 
+use bytemuck::NoUninit;
 use std::fmt::{self, Write};
 
-/// FNV-1a of 128 bits over the readable form of everything that determines a matrix. It guards
-/// against mistakes, not against malice. Rust prints each float so that it reads back to the same
-/// bits, so no change of an input is too small.
-#[derive(Debug, Clone, Copy)]
-pub struct Fingerprint(u128);
+/// A hash (BLAKE3, 256 bits) of everything that determines a matrix. Each input is hashed together with
+/// the fingerprint of those before it, so that a long common part, the scene, is hashed once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fingerprint(blake3::Hash);
 
 impl Fingerprint {
     /// The fingerprint of nothing but the kind of matrix and the program's version.
     pub fn new(kind: &str) -> Self {
-        // Offset basis of FNV-1a, 128 bits (Fowler, Noll, Vo; IETF draft-eastlake-fnv).
-        let mut new = Self(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
+        let mut new = Self(blake3::hash(b"Lucarne"));
         new.add(&(kind, env!("CARGO_PKG_VERSION")));
         new
     }
 
-    /// Adds an input.
+    /// Adds an input by its readable form, for settings. Rust prints each float so that it reads back
+    /// to the same bits, so no change of an input is too small.
     pub fn add(&mut self, input: &impl fmt::Debug) -> &mut Self {
-        // Writing into this struct cannot fail; the end mark keeps neighbours apart.
-        let _ = write!(self, "{input:?}\0");
+        struct Text(blake3::Hasher);
+        impl Write for Text {
+            fn write_str(&mut self, text: &str) -> fmt::Result {
+                self.0.update(text.as_bytes());
+                Ok(())
+            }
+        }
+        let mut text = Text(self.follow(b't'));
+        // Writing into a hasher cannot fail.
+        let _ = write!(text, "{input:?}");
+        self.0 = text.0.finalize();
         self
     }
-}
 
-impl Write for Fingerprint {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        for byte in text.bytes() {
-            self.0 = (self.0 ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);
-        }
-        Ok(())
+    /// Adds plain numbers by their bytes, for geometry, matrices and files.
+    pub fn add_values<T: NoUninit>(&mut self, values: &[T]) -> &mut Self {
+        self.0 = self.follow(b'v').update(bytemuck::cast_slice(values)).finalize();
+        self
+    }
+
+    /// Adds all inputs of another fingerprint.
+    pub fn add_all_of(&mut self, other: Self) -> &mut Self {
+        self.0 = self.follow(b'f').update(other.0.as_bytes()).finalize();
+        self
+    }
+
+    /// A hash that goes on from here; `kind` keeps text, numbers and fingerprints apart.
+    fn follow(&self, kind: u8) -> blake3::Hasher {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.0.as_bytes()).update(&[kind]);
+        hasher
     }
 }
 
 impl fmt::Display for Fingerprint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:032x}", self.0)
+        f.write_str(&self.0.to_hex())
     }
 }
 
@@ -46,30 +65,33 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hash_is_fnv_1a() {
-        // Known answers of FNV-1a 128 for "a" and "foobar".
-        let hash = |text: &str| {
-            let mut f = Fingerprint(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
-            f.write_str(text).unwrap();
-            f.to_string()
-        };
-        assert_eq!(hash("a"), "d228cb696f1a8caf78912b704e4a8964");
-        assert_eq!(hash("foobar"), "343e1662793c64bf6f0d3597ba446f18");
-    }
-
-    #[test]
     fn every_input_and_its_place_count() {
         let of = |parts: &[&str]| {
             let mut f = Fingerprint::new("V");
             for p in parts {
                 f.add(p);
             }
-            f.to_string()
+            f
         };
         assert_eq!(of(&["a", "b"]), of(&["a", "b"]));
         assert_ne!(of(&["a", "b"]), of(&["b", "a"]));
         assert_ne!(of(&["ab", ""]), of(&["a", "b"]));
-        assert_ne!(Fingerprint::new("V").to_string(), Fingerprint::new("D").to_string());
-        assert_ne!(Fingerprint::new("V").add(&1.0f64).to_string(), Fingerprint::new("V").add(&(1.0f64 + f64::EPSILON)).to_string());
+        assert_ne!(of(&["a", ""]), of(&["a"]));
+        assert_ne!(Fingerprint::new("V"), Fingerprint::new("D"));
+        assert_ne!(Fingerprint::new("V").add(&1.0f64), Fingerprint::new("V").add(&(1.0f64 + f64::EPSILON)));
+    }
+
+    #[test]
+    fn numbers_count_to_the_last_bit_and_stay_apart_from_text() {
+        let of = |values: &[f32]| *Fingerprint::new("V").add_values(values);
+        assert_eq!(of(&[1.0, 2.0]), of(&[1.0, 2.0]));
+        assert_ne!(of(&[1.0, 2.0]), of(&[1.0, 2.0_f32.next_up()]));
+        assert_ne!(of(&[1.0, 2.0]), *Fingerprint::new("V").add_values(&[1.0f32]).add_values(&[2.0f32]));
+        assert_ne!(*Fingerprint::new("V").add_values(b"\"a\""), *Fingerprint::new("V").add(&"a"));
+        let scene = *Fingerprint::new("scene").add(&1);
+        assert_ne!(*Fingerprint::new("V").add_all_of(scene), *Fingerprint::new("V").add_all_of(*Fingerprint::new("scene").add(&2)));
+        // As hexadecimal digits in files.
+        let text = scene.to_string();
+        assert!(text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit()), "{text}");
     }
 }
