@@ -2,7 +2,8 @@
 //! surface points, and what further reflections show that none of its rays found.
 
 use super::{ImageTracer, PixelChances, TracedTile};
-use crate::kernels::light_paths::{BinShares, Chances, LOOK_UNITS, are_enough};
+use crate::kernels::light_paths::LOOK_UNITS;
+use crate::kernels::light_paths::doubts::{BinShares, Chances, are_enough};
 use crate::kernels::trace::doubt::{ENOUGH_HITS, Part, half_a_hit, pattern};
 use std::f64::consts::FRAC_1_SQRT_2;
 

@@ -74,9 +74,11 @@ impl Wall {
         let whole: f64 = self.wanted.iter().sum();
         let (mut held, mut means) = (0, Vec::new());
         let t = student_95(self.options.batches as usize - 1);
+        // In f32 points ten metres away, in units of a small window, are known to some 1e-5.
+        let rounding = 1e-4;
         for seed in 0..seeds {
             let pixels = self.picture(device, seed);
-            held += pixels.iter().zip(&self.wanted).filter(|((v, e), wanted)| (v - **wanted).abs() <= t * e).count();
+            held += pixels.iter().zip(&self.wanted).filter(|((v, e), wanted)| (v - **wanted).abs() <= t * e + rounding * **wanted).count();
             means.push(pixels.iter().map(|(v, _)| v).sum::<f64>() / whole);
         }
         (held as f64 / (seeds as usize * self.wanted.len()) as f64, mean_and_error(&means))
@@ -106,7 +108,7 @@ fn light_by_a_polished_wall_is_in_every_picture() {
     let Some(device) = Device::for_tests("images of windows in pictures") else { return };
     let options = ImageOptions { bounces: Some(1), ..ImageOptions::default() };
     // The whole image, and one of which the wall's upper edge shows half.
-    for (top, least) in [(2.5, 0.9), (1.3, 0.9)] {
+    for (top, least) in [(2.5, 0.92), (1.3, 0.92)] {
         let wall = polished(top, options);
         let seeds = 24;
         let compare = |seeds: u32| {
@@ -140,7 +142,7 @@ fn slit(edges: [f64; 2], options: ImageOptions) -> Wall {
     let w = opening([-1.0, 0.0], [3.0, 3.0]);
     let lit = |p: DVec3| {
         // From there the slit is twice as wide on the window.
-        let [low, high] = edges.map(|e| 2.0 * e - p.x);
+        let [low, high] = edges.map(|e| (2.0 * e - p.x).clamp(-1.0, 3.0));
         polygon_irradiance(&corners(&opening([low, 0.0], [high, 3.0])), p, DVec3::NEG_Y)
     };
     Wall::new(screen(edges), w.clone(), 4, options, &lit)
@@ -163,8 +165,8 @@ fn next_room(edges: [f64; 2], options: ImageOptions) -> Wall {
     let corners_of = [[-1.0, 4.9, 0.0], [0.5, 4.9, 0.0], [0.5, 4.9, 3.0], [-1.0, 4.9, 3.0]];
     let w = window(corners_of, DVec3::NEG_Y, DVec3::Z, KlemsBasis::Quarter);
     let lit = |p: DVec3| {
-        let [low, high] = edges.map(|e| 2.0 * e - p.x);
-        const STEPS: [usize; 2] = [10, 100];
+        let [low, high] = edges.map(|e| (2.0 * e - p.x).clamp(-1.0, 3.0));
+        const STEPS: [usize; 2] = [20, 60];
         let cell = (high - low) * 3.0 / (STEPS[0] * STEPS[1]) as f64;
         let at = |i: usize| {
             let (u, v) = (((i / STEPS[1]) as f64 + 0.5) / STEPS[0] as f64, ((i % STEPS[1]) as f64 + 0.5) / STEPS[1] as f64);
@@ -213,7 +215,8 @@ fn a_window_is_seen_in_full_in_a_polished_wall_and_through_a_pane() {
         sums(&picture, &options).into_iter().enumerate().fold(0.0f64, |worst, (p, (value, error))| {
             let wanted = wanted(raster.ray(p % 3, p / 3).unwrap().direction);
             // A pixel is a point of the image, nearly.
-            worst.max((value / wanted - 1.0).abs()).max(error / wanted)
+            // Of light between wall and pane nothing is known but by chance.
+            worst.max((value / wanted - 1.0).abs()).max(if error < 0.03 { 0.0 } else { error / 0.03 })
         })
     };
     let compare = || {
@@ -303,7 +306,7 @@ fn a_room_with_mirrors_and_panes_is_that_of_the_reference() {
     assert!(compare() < 1.0);
     for (path, from, to) in [
         ("trace/view_near", "imaged = first && params.images == 1u", "imaged = first && params.images == 2u"),
-        ("trace/view_images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
+        ("trace/view_images", "passed * weight, bin", "0.5 * passed * weight, bin"),
     ] {
         let found = mutation::with(path, from, to, compare);
         assert!(!(found < 1.0), "'{to}' in {path} is not found out: {found}");
@@ -346,4 +349,19 @@ fn pixels_behind_a_closed_screen_are_black_and_state_half_a_hit() {
         let found = mutation::with(path, from, to, compare);
         assert!(!(found < 0.25), "'{to}' in {path} is not found out: {found}");
     }
+}
+
+#[test]
+fn tiles_change_no_bit_of_mirrored_windows_and_doubts() {
+    let Some(device) = Device::for_tests("tiles of pictures with mirrors") else { return };
+    let options = ImageOptions { bounces: Some(2), ..ImageOptions::default() };
+    let wall = polished(1.3, options);
+    // Memory for five pixels.
+    let small = ImageOptions { memory: 5 * (4 * 41 * 68 + 16 * 32) + 1, ..options };
+    let [whole, tiled] = [options, small].map(|o| picture_of(&device, &wall.scene, std::slice::from_ref(&wall.window), &wall.raster, &o));
+    assert!(whole.doubts.iter().any(|d| *d > 0.0));
+    assert_eq!(whole.values, tiled.values);
+    assert_eq!(whole.batches, tiled.batches);
+    assert_eq!(whole.standard_error, tiled.standard_error);
+    assert_eq!(whole.doubts, tiled.doubts);
 }

@@ -19,21 +19,20 @@
 //! found, so that a pixel's brightness under an even window has no bias. What few rays leave open
 //! is part of the stated errors.
 
-mod doubts;
+pub mod doubts;
 #[cfg(test)]
 mod image_tests;
 #[cfg(test)]
 mod tests;
 
-pub use self::doubts::PixelDoubts;
-
 use crate::camera::{PixelSamples, Raster};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel, Plan};
 use crate::gpu_struct;
+use crate::kernels::light_paths::doubts::BinShares;
+use crate::kernels::light_paths::images::{Beholder, WindowImages};
 use crate::kernels::light_paths::{
-    Beholder, BinShares, LightPathKernels, LightPathOptions, LightPaths, NearOptions, NearPaths, Receiver, VirtualLight, WindowImages,
-    finish_dispatch, near_paths,
+    LightPathKernels, LightPathOptions, LightPaths, NearOptions, NearPaths, Receiver, VirtualLight, finish_dispatch, near_paths,
 };
 use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
 use crate::progress::{Progress, cancelled};
@@ -188,7 +187,7 @@ pub struct PixelRows {
     /// Standard error of each value: the spread of the batches, and the doubts.
     pub standard_error: Vec<f32>,
     /// What few rays leave open, which the batches do not know of.
-    pub doubts: PixelDoubts,
+    pub doubts: doubts::PixelDoubts,
     /// The part seen without any diffuse reflection: the windows themselves.
     pub direct_view: Vec<f32>,
     /// The independent estimates that `values` is the mean of: `[pixel][batch][bin][rgb]`.
@@ -303,7 +302,7 @@ impl<'d> ImageTracer<'d> {
             pixels: count,
             values: vec![0.0; count * bins * 3],
             standard_error: vec![0.0; count * bins * 3],
-            doubts: PixelDoubts::none(BinShares::of(&self.tables, self.windows), count),
+            doubts: doubts::PixelDoubts::none(BinShares::of(&self.tables, self.windows), count),
             direct_view: vec![0.0; count * bins * 3],
             batches: vec![0.0; self.options.batches as usize * count * bins * 3],
             straight: if self.options.straight { vec![0.0; count * bins * 3] } else { Vec::new() },

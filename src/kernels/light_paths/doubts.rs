@@ -38,15 +38,16 @@ impl Chances {
         if self.possible > 0.0 { half_a_hit(self.squares / self.possible, batches) } else { 0.0 }
     }
 
-    /// The same; 0 if enough of the rays arrive, or half of them.
+    /// The same; 0 if their spread tells enough.
     pub fn doubt(&self, batches: f64) -> f64 {
         if are_enough(self.hits(), self.rays()) { 0.0 } else { self.half_a_hit(batches) }
     }
 }
 
-/// Whether so many of the rays arrive that their spread tells enough.
+/// Whether the spread of rays tells enough: so many arrive, and so many do not, or all do. (Few rays that are spread
+/// evenly agree among batches even if half of them arrive.)
 pub(crate) fn are_enough(hits: f64, rays: f64) -> bool {
-    hits >= ENOUGH_HITS.min(0.5 * rays)
+    hits >= rays || hits.min(rays - hits) >= ENOUGH_HITS
 }
 
 impl NearPaths {

@@ -1,11 +1,8 @@
 //! Light paths from the windows into the room, and paths from receivers for what they cannot give:
 //! the parts that the view matrices of sensors and of pictures have in common.
 
-mod doubts;
-mod images;
-
-pub(crate) use self::doubts::{BinShares, Chances, are_enough};
-pub(crate) use self::images::{Beholder, WindowImages};
+pub(crate) mod doubts;
+pub(crate) mod images;
 
 use crate::error::{Error, Result};
 use crate::gpu::{BindGroup, Buffer, Device, Kernel};

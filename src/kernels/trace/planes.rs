@@ -1,10 +1,11 @@
 //! Planes in which smooth surfaces lie: a plane mirror shows images that rays can be aimed at.
 
-use super::Material;
+use super::{Material, Normalization, material_record};
+use crate::scene::{MaterialKind, Scene, Window};
 use glam::{DVec2, DVec3};
 
 /// Planes that are looked at, at most: those of the largest triangles.
-const MOST_PLANES: usize = 64;
+pub const MOST_PLANES: usize = 64;
 /// Corners this far from a plane lie in it, as a part of the windows' size.
 const BESIDE: f64 = 1e-4;
 /// Cosine from which normals are parallel (a thousandth of a radian).
@@ -85,6 +86,18 @@ pub(super) fn find(triangles: &[([DVec3; 3], u32)], size: f64) -> (Vec<SmoothPla
         numbers[i] = number.map_or(0, |n| n as u32 + 1);
     }
     (planes, numbers)
+}
+
+/// Triangles of a scene's smooth surfaces that lie in none of the planes: images in them are left to chance.
+pub fn left_out(scene: &Scene, windows: &[Window]) -> Vec<usize> {
+    let kind = |i: usize| scene.materials[scene.triangles[i].material.0 as usize].kind;
+    let has_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length() > 0.0;
+    let counts =
+        |i: &usize| kind(*i) != MaterialKind::Void && reflects(&material_record(&kind(*i))) && has_area(scene.triangles[*i].vertices);
+    let smooth: Vec<usize> = (0..scene.triangles.len()).filter(counts).collect();
+    let triangles: Vec<_> = smooth.iter().map(|i| (scene.triangles[*i].vertices, scene.triangles[*i].material.0)).collect();
+    let (_, numbers) = find(&triangles, 1.0 / Normalization::of(windows).scale);
+    smooth.into_iter().zip(numbers).filter(|(_, number)| *number == 0).map(|(i, _)| i).collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 //! reflections show that none found, and what light paths bring of which few arrived.
 
 use super::ViewTracer;
-use crate::kernels::light_paths::{BinShares, Chances, NearPaths};
+use crate::kernels::light_paths::NearPaths;
+use crate::kernels::light_paths::doubts::{BinShares, Chances};
 use crate::kernels::trace::Window;
 use crate::kernels::trace::doubt::{ENOUGH_HITS, Part, half_a_hit, pattern};
 /// Samples of one sensor in a bin or a window: what arrived (rgb), and what would with nothing in the way.

@@ -23,9 +23,9 @@ mod unobstructed;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel, Plan};
 use crate::gpu_struct;
+use crate::kernels::light_paths::images::{Beholder, WindowImages};
 use crate::kernels::light_paths::{
-    Beholder, LightPathKernels, LightPathOptions, LightPaths, NearOptions, Receiver, VirtualLight, WindowImages, finish_dispatch,
-    near_paths,
+    LightPathKernels, LightPathOptions, LightPaths, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
 };
 use crate::kernels::trace::{
     Counters, TraceScene, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, doubt, stream_seed,

@@ -1,6 +1,7 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 pub mod import;
+pub mod mirrors;
 pub mod reach;
 pub mod shade;
 mod shade_check;
@@ -124,6 +125,7 @@ impl Inputs {
             check_side(window, &sensors)?;
         }
         let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
+        mirrors::warn(&scene, &plain, warnings);
         let seem_dark = reach::seem_dark(&scene, &plain, &sensors);
         reach::warn(&sensors, &seem_dark, warnings);
         let inputs = Self { weather, scene, windows, sensors, seem_dark, scene_fingerprint: OnceLock::new() };
