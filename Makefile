@@ -1,7 +1,8 @@
-# make demo    build, and compute a year of daylight in the office of scenes/office
-# make test    check format and lints, run all tests
-# make bench   measure kernels and the whole job, write target/bench.json
-# make viewer  build the viewer and look at the demo's results (which it computes if there are none)
+# make demo        build, and compute a year of daylight in the office of scenes/office
+# make test        check format and lints, run all tests
+# make bench       measure kernels and the whole job, write target/bench.json
+# make validation  run all tests and benchmarks, write what they measured into VALIDATION.md
+# make viewer      build the viewer and look at the demo's results (which it computes if there are none)
 #
 # All share one build of every crate: the same profile, and features that .ci/builds-once compares.
 # Clippy alone checks all crates once more, without making code of them.
@@ -11,7 +12,7 @@
 
 LUCARNE := target/release/lucarne
 
-.PHONY: demo test lint bench viewer build vulkan
+.PHONY: demo test lint bench validation viewer build vulkan
 .DEFAULT_GOAL := build
 
 build:
@@ -43,6 +44,13 @@ lint:
 
 bench: vulkan
 	cargo bench
+
+# Tests and benchmarks keep what they measured in target/validation. What could not run keeps its present text.
+validation: vulkan
+	@rm -rf target/validation
+	cargo test --release --workspace -- --skip validation_has_the_structure
+	cargo bench
+	cargo test --release --test validation -- --ignored --nocapture write_validation
 
 # Without results there is nothing to look at: then the demo comes first.
 viewer: vulkan

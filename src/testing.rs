@@ -5,7 +5,7 @@
 //! lacks something calls [`skip`] (or a function here that does) and returns. Every skip is a line in
 //! `target/skipped.txt`, which `make test` counts and shows at its end: libtest swallows what passing
 //! tests print. `LUCARNE_REQUIRE=gpu,radiance,shared,pywincalc` (or some of them) makes it a failure.
-#![allow(dead_code, reason = "not every test that includes this file needs all of it")]
+#![allow(dead_code, unused_imports, reason = "not every test that includes this file needs all of it")]
 
 use std::fmt::Display;
 use std::io::Write;
@@ -64,11 +64,64 @@ pub fn note(why: &dyn Display) {
 
 /// Where skips are listed.
 pub fn skipped_list() -> PathBuf {
+    target().join("skipped.txt")
+}
+
+/// The folder of what is built, of the whole workspace.
+fn target() -> PathBuf {
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
     let root = if own.ends_with("viewer") { own.parent().unwrap_or(own) } else { own };
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
     let _ = std::fs::create_dir_all(&target);
-    target.join("skipped.txt")
+    target
+}
+
+/// Notes what a test or benchmark found, and the bound beyond which the test fails (empty if there is none),
+/// as VALIDATION.md shall show them in place of `{{key}}` and `{{key.held}}` of its template. `make validation` puts
+/// them there. Call it where all is asserted: a failed test has nothing to show.
+///
+/// # Panics
+/// If a text would break the table it stands in, or cannot be stored.
+pub fn measured(key: &str, found: &str, held: &str) {
+    let text = format!("{found}\n{held}\n");
+    assert!(!text.contains('|') && text.lines().count() == 2, "{key}: no single cell of a table: {text}");
+    assert!(key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-'), "{key}: small letters, digits, dashes");
+    let folder = target().join("validation");
+    // Whole or not at all: tests run side by side.
+    let own = folder.join(format!("{key}.{}", std::process::id()));
+    let written =
+        std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&own, text)).and_then(|()| std::fs::rename(&own, folder.join(key)));
+    written.unwrap_or_else(|e| panic!("{}: {e}: what was measured must be kept", own.display()));
+}
+
+/// What [`measured`] noted of a key since the folder was last emptied: found, held.
+pub fn measurement(key: &str) -> Option<[String; 2]> {
+    let text = std::fs::read_to_string(target().join("validation").join(key)).ok()?;
+    let (found, held) = text.split_once('\n')?;
+    Some([found.to_string(), held.trim_end().to_string()])
+}
+
+/// A number to two digits, as a document shows it: 0.69, 1.2e-7, 1e-5.
+pub fn short(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e5).contains(&size) {
+        return format!("{value:.1e}").replace(".0e", "e");
+    }
+    let before = if size == 0.0 { 0 } else { size.log10().floor() as i32 };
+    let text = format!("{value:.*}", usize::try_from(1 - before).unwrap_or(0));
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+/// A share in percent, to two digits: 0.0069 is "0.69 %".
+pub fn percent(share: f64) -> String {
+    format!("{} %", short(100.0 * share))
+}
+
+/// The least and the largest of some shares in percent: "0.1…0.7 %".
+pub fn percents(shares: &[f64]) -> String {
+    let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = shares.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    format!("{}…{}", short(100.0 * least), percent(most))
 }
 
 /// The device that was found, or a skip of `what`.
@@ -86,15 +139,32 @@ pub fn has_device(program: &str) -> bool {
     found
 }
 
+fn shared_folder() -> PathBuf {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
+    std::env::var_os("LUCARNE_SHARED").map_or_else(|| PathBuf::from(beside), PathBuf::from)
+}
+
 /// The folder of reference data: `LUCARNE_SHARED`, else `../shared` beside the repository.
 pub fn shared() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
-    let folder = std::env::var_os("LUCARNE_SHARED").map_or_else(|| PathBuf::from(beside), PathBuf::from);
+    let folder = shared_folder();
     if folder.join("data").is_dir() {
         return Some(folder);
     }
     skip(Need::Shared, &format_args!("no reference data at {}", folder.display()));
     None
+}
+
+/// The public tutorial room and Radiance's results for it: the whole of the reference data, else the part in
+/// `tests/data`, where a year is every eleventh hour.
+pub fn tutorial() -> PathBuf {
+    let whole = shared_folder().join("data");
+    let folder = if whole.is_dir() { whole } else { Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data") };
+    folder.canonicalize().unwrap_or(folder)
+}
+
+/// New York's weather, the tutorial's.
+pub fn new_york() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/office/weather/new_york.wea")
 }
 
 /// The folder of the Python package `pyradiance`, with `bin` and `lib`, or a skip.
@@ -154,7 +224,25 @@ pub fn pywincalc(script: &str) -> Option<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use super::Need;
+    use super::{Need, percent, short};
+
+    #[test]
+    fn numbers_of_documents_have_two_digits() {
+        let pairs = [
+            (0.0069, "0.0069"),
+            (0.5, "0.5"),
+            (1.25e-7, "1.2e-7"),
+            (1e-5, "1e-5"),
+            (4496.0, "4496"),
+            (0.0, "0"),
+            (-1.53, "-1.5"),
+            (2.0, "2"),
+        ];
+        for (value, text) in pairs {
+            assert_eq!(short(value), text);
+        }
+        assert_eq!((percent(0.005), percent(0.01499)), ("0.5 %".to_string(), "1.5 %".to_string()));
+    }
 
     #[test]
     fn what_must_be_there_is_told_by_its_word() {

@@ -18,6 +18,12 @@ pub const BRIGHTNESS_WEIGHTS: [f64; 3] = [0.265_074_126, 0.670_114_631, 0.064_81
 pub const ILLUMINANCE_WEIGHTS: [f64; 3] =
     [LUMINOUS_EFFICACY * BRIGHTNESS_WEIGHTS[0], LUMINOUS_EFFICACY * BRIGHTNESS_WEIGHTS[1], LUMINOUS_EFFICACY * BRIGHTNESS_WEIGHTS[2]];
 
+/// Extraterrestrial normal irradiance, W/m².
+pub const SOLAR_CONSTANT: f64 = 1367.0;
+
+/// Extraterrestrial normal illuminance, lx.
+pub const SOLAR_CONSTANT_LUX: f64 = 127_500.0;
+
 /// Angular diameter of the sun's disc, degrees.
 pub const SUN_DIAMETER_DEG: f64 = 0.533;
 

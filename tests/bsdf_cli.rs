@@ -206,6 +206,7 @@ fn faulty_files_get_one_clear_error_with_their_line() {
         ("something else", "<?xml version=\"1.0\"?><svg></svg>".to_string(), &["not a BSDF file"]),
     ];
     assert!(ring_end > ring);
+    testing::measured("faulty-input", &format!("{} files, one error each", cases.len()), "each");
     for (name, content, words) in &cases {
         let path = folder.path().join("file.xml");
         fs::write(&path, content).unwrap();
@@ -250,6 +251,7 @@ fn endless_input_ends_in_an_error_within_bounded_memory() {
     let head = "<?xml version=\"1.0\"?><WindowElement><Optical><Layer><DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure>\
                 </DataDefinition><WavelengthData><Wavelength>Visible</Wavelength><WavelengthDataBlock><ScatteringData>";
     let tree = head.replace("Columns", "TensorTree4");
+    const GIBIBYTE: usize = 1 << 30;
     let cases = [
         ("<WindowElement>", "<a>"),
         (head, "0.25, "),
@@ -277,7 +279,7 @@ fn endless_input_ends_in_an_error_within_bounded_memory() {
         while sent.is_ok() {
             sent = input.write_all(block.as_bytes()).map(|()| block.len());
             bytes += block.len();
-            assert!(bytes < 1 << 30, "{start}…{endless}: still reading after 1 GiB");
+            assert!(bytes < GIBIBYTE, "{start}…{endless}: still reading after 1 GiB");
         }
         drop(input);
         let output = child.wait_with_output().unwrap();
@@ -285,6 +287,8 @@ fn endless_input_ends_in_an_error_within_bounded_memory() {
         assert_eq!(output.status.code(), Some(2), "{start}…{endless}: {message}");
         assert!(message.contains("error:") && !message.contains("panicked") && message.len() < 1000, "{start}…{endless}: {message}");
     }
+    let held = format!("below {} GiB", GIBIBYTE >> 30);
+    testing::measured("endless-input", &format!("{} inputs, one error each", cases.len()), &held);
 }
 
 /// A plate with a square hole of half its width, as Radiance's text and as glTF.
@@ -511,10 +515,15 @@ fn generate_meets_genbsdf_on_the_tutorials_blinds_in_a_twentieth_of_its_time() {
     let ours_error = rms(&mut bytes[start..].chunks_exact(4).take(145 * 145).map(|c| f64::from(f32::from_le_bytes(c.try_into().unwrap()))));
     let ours = read(&folder.path().join("ours.xml"));
     let reference = read(&bsdfs.join("blinds_correct_klems.xml"));
+    const HEMISPHERICAL: f64 = 0.002;
+    const DEVIATION: f64 = 3.0;
+    const SPEED: f64 = 20.0;
+    let mut pairs = Vec::new();
     for component in [Component::TransmissionFront, Component::TransmissionBack] {
         let [a, b] = [&ours, &reference].map(|f| matrix(f, component).hemispherical());
         println!("{}: hemispherical {a:.5}, genBSDF at -c 4000 {b:.5}", component.xml_name());
-        assert!((a - b).abs() < 0.002, "{component:?}: {a} {b}");
+        assert!((a - b).abs() < HEMISPHERICAL, "{component:?}: {a} {b}");
+        pairs.push(format!("{a:.4} and {b:.4}"));
     }
     let mean = first.iter().zip(&second).map(|(a, b)| (a + b) / 2.0);
     let deviation = rms(&mut matrix(&ours, Component::TransmissionFront).values().iter().zip(mean).map(|(a, b)| a - b));
@@ -522,11 +531,19 @@ fn generate_meets_genbsdf_on_the_tutorials_blinds_in_a_twentieth_of_its_time() {
     println!(
         "RMS deviation of entries {deviation:.4}/sr, combined standard error {combined:.4}/sr ({ours_error:.4} and {theirs_error:.4} a run)"
     );
-    assert!(deviation < 3.0 * combined, "{deviation} {combined}");
+    assert!(deviation < DEVIATION * combined, "{deviation} {combined}");
+    let found = format!(
+        "hemispherical T {} (front), {} (back); RMS deviation of entries {} × the combined standard error",
+        pairs[0],
+        pairs[1],
+        testing::short(deviation / combined)
+    );
+    testing::measured("generate-genbsdf", &found, &format!("{HEMISPHERICAL}; {DEVIATION} ×"));
     // Ours are both sides, transmission and reflection; theirs is one of two passes.
     let speed = (first_seconds + second_seconds) * theirs_error.powi(2) / (ours_seconds * ours_error.powi(2));
     println!("processor time {ours_seconds:.1} s; genBSDF's {first_seconds:.1} s a side: {speed:.0} × as fast at equal error");
-    assert!(speed > 20.0, "{speed}");
+    assert!(speed > SPEED, "{speed}");
+    testing::measured("generate-speed", &format!("{speed:.0} × as fast"), &format!("{SPEED} ×"));
 }
 
 #[test]
@@ -547,6 +564,9 @@ fn radiance_evaluates_converted_trees_as_this_program_does() {
         (unit(0.31, -0.62), unit(0.33, -0.6)),
         (unit(0.05, 0.04), unit(0.06, 0.03)),
     ];
+    const OF_VALUE: f64 = 2e-3;
+    const PER_STERADIAN: f64 = 1e-3;
+    let mut worst = 0.0f64;
     for (out, incident) in pairs {
         let (s, o) = (-incident, out);
         let scene = format!(
@@ -564,8 +584,11 @@ fn radiance_evaluates_converted_trees_as_this_program_does() {
         let theirs = luminance / (1e6 * solid_angle * incident.z);
         let ours = tree.evaluate(out, incident);
         println!("{ours:.5} {theirs:.5}");
-        assert!((ours - theirs).abs() < 2e-3 * ours + 1e-3, "{out} {incident}: {ours} {theirs}");
+        assert!((ours - theirs).abs() < OF_VALUE * ours + PER_STERADIAN, "{out} {incident}: {ours} {theirs}");
+        worst = worst.max((ours - theirs).abs() / (OF_VALUE * ours + PER_STERADIAN));
     }
+    let held = format!("{} and {PER_STERADIAN}/sr", testing::percent(OF_VALUE));
+    testing::measured("trees-in-radiance", &format!("at most {} of the bound", testing::percent(worst)), &held);
 }
 
 #[test]

@@ -1,29 +1,30 @@
-//! Every shader file is linked and validated in every registered variant, and every struct shared
-//! with Rust is compared member by member.
+//! Every shader in use is linked and validated, and has the host's structs from the host.
 
 use lucarne::gpu;
+use naga::TypeInner;
 
 #[test]
-fn every_variant_links_validates_and_shares_its_structs_with_rust() {
+fn every_shader_links_and_validates_and_binds_no_struct_of_its_own() {
     let registered = lucarne::kernels::registered();
     assert!(!registered.is_empty(), "found no shaders");
     let mut faults = Vec::new();
-    for variant in &registered {
-        let name = format!("{} {:?}", variant.path, variant.features);
-        let generated: Vec<(&str, &str)> = variant.generated.iter().map(|(p, t)| (*p, t.as_str())).collect();
-        match gpu::link_with(&variant.path, &variant.features, &generated).and_then(|linked| linked.validate()) {
-            Err(error) => faults.push(format!("{name}: {error}")),
-            Ok((module, _)) => {
-                for layout in &variant.structs {
-                    faults.extend(layout.differences(&module).into_iter().map(|d| format!("{name}: {d}")));
-                }
-                // Uniforms hold host structs, so each must be among those compared.
-                for (_, variable) in module.global_variables.iter().filter(|(_, v)| v.space == naga::AddressSpace::Uniform) {
-                    let type_name = module.types[variable.ty].name.as_deref().unwrap_or("a type without name");
-                    if !variant.structs.iter().any(|s| s.name == type_name) {
-                        faults.push(format!("{name}: the uniform's struct '{type_name}' is not registered"));
-                    }
-                }
+    for shader in &registered {
+        let module = match gpu::link(shader).and_then(|linked| linked.validate()) {
+            Err(error) => {
+                faults.push(format!("{}: {error}", shader.path()));
+                continue;
+            }
+            Ok((module, _)) => module,
+        };
+        for (_, variable) in module.global_variables.iter().filter(|(_, v)| v.binding.is_some()) {
+            let bound = match module.types[variable.ty].inner {
+                TypeInner::Array { base, .. } => base,
+                _ => variable.ty,
+            };
+            let bound = &module.types[bound];
+            let name = bound.name.as_deref().unwrap_or_default();
+            if matches!(bound.inner, TypeInner::Struct { .. }) && !shader.declared().any(|d| d.name == name) {
+                faults.push(format!("{}: '{name}' is bound but not declared by gpu_struct!", shader.path()));
             }
         }
     }
@@ -35,7 +36,7 @@ fn every_shader_file_is_a_registered_kernel_or_imported_by_one() {
     let registered = lucarne::kernels::registered();
     let entry = |text: &str| text.lines().any(|l| !l.trim_start().starts_with("//") && l.contains("@compute"));
     for (path, text) in gpu::SOURCES {
-        let listed = registered.iter().any(|r| r.path == *path);
+        let listed = registered.iter().any(|r| r.path() == *path);
         assert_eq!(
             entry(text),
             listed,

@@ -1,11 +1,12 @@
 // First points of chains on the sides of diffuse triangles, chosen by the shares of a table.
 
+import package::generated::{Chain};
 import package::shared::random::{sample_four};
 import package::shared::material::{materials, largest};
 import package::shared::counters::{count_finished};
-import package::bsdf::sample::{params, GenerationParams, in_period};
+import package::bsdf::sample::{params, in_period};
 import package::bsdf::directions::{turned};
-import package::bsdf::chain::{chains, Chain};
+import package::bsdf::chain::{chains};
 
 // Three corners each, once for either side; the first one's w is the upper limit of the entry's share
 // of all chains, the second's the bits of its material. Corners run counter-clockwise on the side of

@@ -1,14 +1,13 @@
 // One step of chains: to the next diffuse reflection, or to their end.
 
+import package::generated::{MOST_PATH_SEGMENTS};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::counters::{counters, count_finished};
-import package::bsdf::sample::{params, GenerationParams, fly, in_period};
+import package::bsdf::sample::{params, fly, in_period};
 import package::bsdf::directions::{turned};
-import package::bsdf::chain::{chains, Chain};
-
-const MOST_SEGMENTS: u32 = 256u;
+import package::bsdf::chain::{chains};
 
 @group(0) @binding(8) var<storage, read> listed: array<u32>;
 // 1 where a listed chain goes on.
@@ -28,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var direction = cosine_direction(chain.leaving, sample_pair(index, 0u, seed));
     var weight = chain.weight;
     var segment = 0u;
-    for (; segment < MOST_SEGMENTS && chain.bounces < params.most_bounces; segment++) {
+    for (; segment < MOST_PATH_SEGMENTS && chain.bounces < params.most_bounces; segment++) {
         let flight = fly(position, direction);
         let hit = flight.hit;
         if hit.triangle == NO_TRIANGLE {

@@ -3,14 +3,8 @@
 // Directions are those in which light travels; both sides of the sample share the cells, so only
 // x and y and the size of z count. The sample's frame is the world: z into the room, y up.
 
-import package::shared::bins::{TAU};
+import package::generated::{DIRECTIONS_RINGS, DIRECTIONS_SLICES, TAU};
 import package::shared::window::{windows, rings, window_bin, window_bin_direction};
-
-const DIRECTIONS_RINGS: u32 = 0u;
-// The Shirley-Chiu square, for incident and outgoing light.
-const DIRECTIONS_SQUARE: u32 = 1u;
-// Outgoing square; incident slices of equal width in sin θ at azimuth 0, grazing first.
-const DIRECTIONS_SLICES: u32 = 2u;
 
 override DIRECTIONS: u32 = 0u;
 // Cells along a side of the square.

@@ -5,15 +5,15 @@
 // Rays pass specular surfaces and end at diffuse ones: what these reflect is the business of the
 // chain's next points.
 
+import package::generated::{DIRECTIONS_RINGS, DIRECTIONS_SLICES, TAU};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, largest, diffuse_share, LOBE_SPECULAR};
-import package::shared::bins::{TAU};
 import package::shared::window::{windows, rings};
 import package::shared::counters::{counters, count_finished};
-import package::bsdf::sample::{params, GenerationParams, fly, in_period, REPEAT_X, REPEAT_Y};
-import package::bsdf::directions::{sample_cell, cell_of, turned, DIRECTIONS, DIRECTIONS_SLICES, DIRECTIONS_RINGS};
-import package::bsdf::chain::{chains, Chain, PARALLEL};
+import package::bsdf::sample::{params, fly, in_period, REPEAT_X, REPEAT_Y};
+import package::bsdf::directions::{sample_cell, cell_of, turned, DIRECTIONS};
+import package::bsdf::chain::{chains, PARALLEL};
 
 override INCOMING: bool = false;
 override SPECULAR: bool = true;

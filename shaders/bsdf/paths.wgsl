@@ -7,21 +7,18 @@
 // Incident cells are counted over both sides: light from the outside (travelling to +z) first.
 // Outgoing cells likewise: light that leaves to the outside (-z) first.
 
+import package::generated::{DIRECTIONS_SLICES, MATERIAL_MIRROR, MOST_PATH_SEGMENTS, NOWHERE, TAU};
 import package::shared::random::{sample_pair, sample_four, hash_combine};
 import package::shared::bvh::{leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR, MATERIAL_MIRROR};
-import package::shared::bins::{TAU};
+import package::shared::material::{materials, scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};
 import package::shared::counters::{counters, count_finished};
-import package::bsdf::sample::{params, GenerationParams, fly, in_period};
-import package::bsdf::directions::{sample_cell, cell_of, turned, DIRECTIONS, DIRECTIONS_SLICES};
+import package::bsdf::sample::{params, fly, in_period};
+import package::bsdf::directions::{sample_cell, cell_of, turned, DIRECTIONS};
 
 // Whether paths go on after a diffuse reflection; otherwise they end there without a record.
 override FOLLOW_DIFFUSE: bool = true;
 // 2 where paths come in pairs, else 1.
 override WAYS: u32 = 1u;
-// Ends paths that wander between mirrors.
-const MOST_SEGMENTS: u32 = 256u;
-const NOWHERE: u32 = 0xffffffffu;
 
 // [way][incident cell][path]: outgoing cell and bits of the weight.
 @group(0) @binding(7) var<storage, read_write> records: array<vec2<u32>>;
@@ -52,7 +49,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var divided = false;
     var ended = false;
     var segment = 0u;
-    for (; segment < MOST_SEGMENTS; segment++) {
+    for (; segment < MOST_PATH_SEGMENTS; segment++) {
         let flight = fly(position, direction);
         let hit = flight.hit;
         if hit.triangle == NO_TRIANGLE {
@@ -116,5 +113,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     records[(id.z * params.cells + id.y) * params.samples + path] = record;
     atomicAdd(&counters.segments, segment + 1u);
-    count_finished(ended || segment == MOST_SEGMENTS);
+    count_finished(ended || segment == MOST_PATH_SEGMENTS);
 }

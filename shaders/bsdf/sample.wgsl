@@ -1,39 +1,8 @@
 // A sample of a window layer: its box, and flight through it, over the edges of a period if the
 // sample repeats.
 
-import package::shared::bvh::{closest_hit, Hit, NO_TRIANGLE, FAR_AWAY};
-
-struct GenerationParams {
-    // The box in the tracer's units; light starts on its faces of low and high z.
-    low: vec3<f32>,
-    seed: u32,
-    high: vec3<f32>,
-    // First sample of this dispatch, and samples in it.
-    first_sample: u32,
-    // Weights of red, green and blue in the luminance.
-    luminance: vec3<f32>,
-    samples: u32,
-    // First incident cell of this dispatch, counted over both sides.
-    first_cell: u32,
-    // Incident cells of this dispatch.
-    cells: u32,
-    // Cells of one side, incident and outgoing.
-    in_cells: u32,
-    out_cells: u32,
-    // Most diffuse reflections of a path.
-    most_bounces: u32,
-    // Weight below which Russian roulette decides.
-    roulette_weight: f32,
-    // Fixed-point units of 1.
-    unit: f32,
-    // Chains that the buffers hold.
-    capacity: u32,
-    // Sides of triangles that scatter diffusely.
-    diffuse_count: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-}
+import package::generated::{FAR_AWAY, GenerationParams};
+import package::shared::bvh::{closest_hit, Hit, NO_TRIANGLE};
 
 @group(0) @binding(6) var<uniform> params: GenerationParams;
 

@@ -4,42 +4,14 @@
 // of z tell the sides. Values are those of the bin or cell. A direction is turned once into a key
 // (bin, or place in the square), so that many pairs can be evaluated from keys.
 
+import package::generated::{KIND_KLEMS, KIND_TREE3, KIND_TREE3_REVERSED, KIND_TREE4, LOBE_BINS_IN, LOBE_KIND, LOBE_LAMBERTIAN, LOBE_NODES, LOBE_RINGS_IN, LOBE_RINGS_OUT, LOBE_RING_COUNT_IN, LOBE_RING_COUNT_OUT, LOBE_VALUES, LOBE_WORDS, PACKED_BRANCH, REFLECTION_BACK, REFLECTION_FRONT, RING_WORDS, TRANSMISSION_BACK, TRANSMISSION_FRONT};
 import package::bsdf::square::{square_from_disk, BELOW_ONE};
 import package::shared::bins::{azimuth_bin};
 
 // Everything is words: four lobes per pane, then tables. See kernels/bsdf_scattering.
 @group(0) @binding(14) var<storage, read> bsdf_words: array<u32>;
 
-const TRANSMISSION_FRONT: u32 = 0u;
-const TRANSMISSION_BACK: u32 = 1u;
-const REFLECTION_FRONT: u32 = 2u;
-const REFLECTION_BACK: u32 = 3u;
-
-const LOBE_WORDS: u32 = 16u;
-// Words of a lobe.
-const KIND: u32 = 0u;
-const LAMBERTIAN: u32 = 1u;
-const VALUES: u32 = 2u;
-const NODES: u32 = 3u;
-const RINGS_IN: u32 = 4u;
-const RINGS_OUT: u32 = 5u;
-const RING_COUNT_IN: u32 = 6u;
-const RING_COUNT_OUT: u32 = 7u;
-const BINS_IN: u32 = 8u;
-const BINS_OUT: u32 = 9u;
-const SAMPLING: u32 = 10u;
-const SAMPLING_SIDE: u32 = 11u;
-
-const BLACK: u32 = 0u;
-const KLEMS: u32 = 1u;
-const TREE4: u32 = 2u;
-const TREE3: u32 = 3u;
-// The opposite transmission's tree, by reciprocity.
-const TREE3_REVERSED: u32 = 4u;
-
-const BRANCH: u32 = 0xffffffffu;
 const MOST_LEVELS: u32 = 32u;
-const RING_WORDS: u32 = 4u;
 
 fn bsdf_number(index: u32) -> f32 {
     return bitcast<f32>(bsdf_words[index]);
@@ -73,11 +45,11 @@ fn ring_bin(first: u32, count: u32, direction: vec3<f32>) -> u32 {
 
 // What the lobe needs to know of an incident direction.
 fn incident_key(lobe: u32, incident: vec3<f32>) -> vec2<f32> {
-    switch bsdf_words[lobe + KIND] {
-        case KLEMS: {
-            return vec2<f32>(f32(ring_bin(bsdf_words[lobe + RINGS_IN], bsdf_words[lobe + RING_COUNT_IN], incident)), 0.0);
+    switch bsdf_words[lobe + LOBE_KIND] {
+        case KIND_KLEMS: {
+            return vec2<f32>(f32(ring_bin(bsdf_words[lobe + LOBE_RINGS_IN], bsdf_words[lobe + LOBE_RING_COUNT_IN], incident)), 0.0);
         }
-        case TREE4: {
+        case KIND_TREE4: {
             return square_from_disk(incident.xy);
         }
         default: {
@@ -88,11 +60,11 @@ fn incident_key(lobe: u32, incident: vec3<f32>) -> vec2<f32> {
 
 // And of an outgoing one.
 fn outgoing_key(lobe: u32, outgoing: vec3<f32>) -> vec2<f32> {
-    switch bsdf_words[lobe + KIND] {
-        case KLEMS: {
-            return vec2<f32>(f32(ring_bin(bsdf_words[lobe + RINGS_OUT], bsdf_words[lobe + RING_COUNT_OUT], outgoing)), 0.0);
+    switch bsdf_words[lobe + LOBE_KIND] {
+        case KIND_KLEMS: {
+            return vec2<f32>(f32(ring_bin(bsdf_words[lobe + LOBE_RINGS_OUT], bsdf_words[lobe + LOBE_RING_COUNT_OUT], outgoing)), 0.0);
         }
-        case TREE4: {
+        case KIND_TREE4: {
             return square_from_disk(outgoing.xy);
         }
         default: {
@@ -114,14 +86,14 @@ fn slice_of(sine: f32) -> f32 {
 
 // The value in the cell around a point.
 fn tree_value(lobe: u32, rank: u32, point: vec4<f32>) -> f32 {
-    let nodes = bsdf_words[lobe + NODES];
-    let values = bsdf_words[lobe + VALUES];
+    let nodes = bsdf_words[lobe + LOBE_NODES];
+    let values = bsdf_words[lobe + LOBE_VALUES];
     var p = point;
     var node = nodes;
     for (var level = 0u; level < MOST_LEVELS; level++) {
         let first = bsdf_words[node];
         let size = bsdf_words[node + 1u];
-        if size != BRANCH {
+        if size != PACKED_BRANCH {
             let side = 1u << size;
             var index = 0u;
             for (var i = 0u; i < rank; i++) {
@@ -150,18 +122,18 @@ fn isotropic_value(lobe: u32, outgoing: vec2<f32>, incident: vec2<f32>) -> f32 {
 
 // The scattering function of a lobe, 1/sr.
 fn bsdf_of_keys(lobe: u32, outgoing: vec2<f32>, incident: vec2<f32>) -> f32 {
-    var value = bsdf_number(lobe + LAMBERTIAN);
-    switch bsdf_words[lobe + KIND] {
-        case KLEMS: {
-            value += bsdf_number(bsdf_words[lobe + VALUES] + u32(outgoing.x) * bsdf_words[lobe + BINS_IN] + u32(incident.x));
+    var value = bsdf_number(lobe + LOBE_LAMBERTIAN);
+    switch bsdf_words[lobe + LOBE_KIND] {
+        case KIND_KLEMS: {
+            value += bsdf_number(bsdf_words[lobe + LOBE_VALUES] + u32(outgoing.x) * bsdf_words[lobe + LOBE_BINS_IN] + u32(incident.x));
         }
-        case TREE4: {
+        case KIND_TREE4: {
             value += tree_value(lobe, 4u, vec4<f32>(incident, outgoing));
         }
-        case TREE3: {
+        case KIND_TREE3: {
             value += isotropic_value(lobe, outgoing, incident);
         }
-        case TREE3_REVERSED: {
+        case KIND_TREE3_REVERSED: {
             value += isotropic_value(lobe, -incident, -outgoing);
         }
         default: {

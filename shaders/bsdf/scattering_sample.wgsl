@@ -1,15 +1,10 @@
 // Importance sampling of scattering functions: density proportional to the function in projected
 // solid angle, so that every sample weighs the direct-hemispherical value.
 
+import package::generated::{KIND_BLACK, KIND_KLEMS, KIND_TREE3_REVERSED, KIND_TREE4, LOBE_BINS_OUT, LOBE_KIND, LOBE_LAMBERTIAN, LOBE_RINGS_OUT, LOBE_RING_COUNT_OUT, LOBE_SAMPLING, LOBE_SAMPLING_SIDE, PI, REFLECTION_BACK, RING_WORDS, TAU, TRANSMISSION_FRONT};
 import package::bsdf::square::{square_from_disk, disk_from_square};
-import package::bsdf::scattering::{
-    bsdf_words, bsdf_number, bsdf_component, bsdf_lobe, bsdf_of_keys, incident_key, outgoing_key, azimuth_of, slice_of,
-    KIND, LAMBERTIAN, RINGS_OUT, RING_COUNT_OUT, BINS_OUT, SAMPLING, SAMPLING_SIDE, RING_WORDS, BLACK, KLEMS, TREE4,
-    TREE3_REVERSED, REFLECTION_BACK, TRANSMISSION_FRONT
-};
-import package::shared::bins::{TAU};
+import package::bsdf::scattering::{bsdf_words, bsdf_number, bsdf_component, bsdf_lobe, bsdf_of_keys, incident_key, outgoing_key, azimuth_of, slice_of};
 
-const PI: f32 = 3.141592653589793;
 const MOST_STEPS: u32 = 32u;
 
 struct BsdfSample {
@@ -28,15 +23,15 @@ struct Places {
 }
 
 fn places_of(lobe: u32, key: vec2<f32>) -> Places {
-    let table = bsdf_words[lobe + SAMPLING];
-    if bsdf_words[lobe + KIND] == KLEMS {
-        let count = bsdf_words[lobe + BINS_OUT];
+    let table = bsdf_words[lobe + LOBE_SAMPLING];
+    if bsdf_words[lobe + LOBE_KIND] == KIND_KLEMS {
+        let count = bsdf_words[lobe + LOBE_BINS_OUT];
         let first = table + u32(key.x) * count;
         return Places(first, count, bsdf_number(first + count - 1u));
     }
-    let side = bsdf_words[lobe + SAMPLING_SIDE];
+    let side = bsdf_words[lobe + LOBE_SAMPLING_SIDE];
     var cell = min(u32(slice_of(length(key)) * f32(side)), side - 1u);
-    if bsdf_words[lobe + KIND] == TREE4 {
+    if bsdf_words[lobe + LOBE_KIND] == KIND_TREE4 {
         cell = min(u32(key.x * f32(side)), side - 1u) * side + min(u32(key.y * f32(side)), side - 1u);
     }
     let words = table + cell * 3u;
@@ -45,10 +40,10 @@ fn places_of(lobe: u32, key: vec2<f32>) -> Places {
 
 // Transmittance or reflectance of a lobe for light of this incident direction.
 fn bsdf_direct_hemispherical(lobe: u32, incident: vec3<f32>) -> f32 {
-    if bsdf_words[lobe + KIND] == BLACK {
+    if bsdf_words[lobe + LOBE_KIND] == KIND_BLACK {
         return 0.0;
     }
-    return bsdf_number(lobe + LAMBERTIAN) * PI + places_of(lobe, incident_key(lobe, incident)).total;
+    return bsdf_number(lobe + LOBE_LAMBERTIAN) * PI + places_of(lobe, incident_key(lobe, incident)).total;
 }
 
 // First place whose cumulative flux exceeds `target_sum`; each place has `words` words, its
@@ -72,8 +67,8 @@ fn upward(p: vec2<f32>) -> vec3<f32> {
 }
 
 fn in_bin(lobe: u32, bin: u32, random: vec2<f32>) -> vec3<f32> {
-    let rings = bsdf_words[lobe + RINGS_OUT];
-    var ring = bsdf_words[lobe + RING_COUNT_OUT] - 1u;
+    let rings = bsdf_words[lobe + LOBE_RINGS_OUT];
+    var ring = bsdf_words[lobe + LOBE_RING_COUNT_OUT] - 1u;
     while ring > 0u && bsdf_words[rings + ring * RING_WORDS + 2u] > bin {
         ring -= 1u;
     }
@@ -88,7 +83,7 @@ fn in_cell(lobe: u32, packed: u32, incident: vec2<f32>, random: vec2<f32>) -> ve
     let width = 1.0 / f32(1u << (packed & 31u));
     let corner = vec2<f32>(f32((packed >> 5u) & 0x1fffu), f32(packed >> 18u));
     let p = disk_from_square((corner + random) * width);
-    if bsdf_words[lobe + KIND] == TREE4 {
+    if bsdf_words[lobe + LOBE_KIND] == KIND_TREE4 {
         return upward(p);
     }
     let turn = azimuth_of(incident);
@@ -98,16 +93,16 @@ fn in_cell(lobe: u32, packed: u32, incident: vec2<f32>, random: vec2<f32>) -> ve
 // Where light of the pane's component goes on that travels along `incident`.
 fn bsdf_sample(pane: u32, component: u32, incident: vec3<f32>, random: vec3<f32>) -> BsdfSample {
     let lobe = bsdf_lobe(pane, component);
-    let kind = bsdf_words[lobe + KIND];
+    let kind = bsdf_words[lobe + LOBE_KIND];
     // To the room.
     let up = component == TRANSMISSION_FRONT || component == REFLECTION_BACK;
     var result = BsdfSample(vec3<f32>(0.0, 0.0, 1.0), 0.0);
-    if kind == BLACK {
+    if kind == KIND_BLACK {
         return result;
     }
     let key = incident_key(lobe, incident);
-    let lambertian = bsdf_number(lobe + LAMBERTIAN) * PI;
-    if kind == TREE3_REVERSED {
+    let lambertian = bsdf_number(lobe + LOBE_LAMBERTIAN) * PI;
+    if kind == KIND_TREE3_REVERSED {
         result.direction = upward(disk_from_square(random.yz));
         result.weight = PI * bsdf_of_keys(lobe, result.direction.xy, key);
     } else {
@@ -116,7 +111,7 @@ fn bsdf_sample(pane: u32, component: u32, incident: vec3<f32>, random: vec3<f32>
         let flux = random.x * result.weight;
         if flux < lambertian || places.total <= 0.0 {
             result.direction = upward(disk_from_square(random.yz));
-        } else if kind == KLEMS {
+        } else if kind == KIND_KLEMS {
             result.direction = in_bin(lobe, find_place(places, 1u, flux - lambertian), random.yz);
         } else {
             let place = places.first + find_place(places, 2u, flux - lambertian) * 2u;

@@ -1,22 +1,23 @@
 // The Shirley-Chiu map between the unit disc of projected directions and the unit square.
 
-const QUARTER_PI: f32 = 0.7853981633974483;
+import package::generated::{FRAC_PI_4};
+
 // Keeps coordinates inside the square: the largest f32 below 1.
 const BELOW_ONE: f32 = 0.99999994;
 
 fn square_from_disk(p: vec2<f32>) -> vec2<f32> {
     let r = min(length(p), 1.0);
     var phi = atan2(p.y, p.x);
-    if phi < -QUARTER_PI {
-        phi += 8.0 * QUARTER_PI;
+    if phi < -FRAC_PI_4 {
+        phi += 8.0 * FRAC_PI_4;
     }
-    var place = vec2<f32>(r, phi * r / QUARTER_PI);
-    if phi >= 5.0 * QUARTER_PI {
-        place = vec2<f32>((phi - 6.0 * QUARTER_PI) * r / QUARTER_PI, -r);
-    } else if phi >= 3.0 * QUARTER_PI {
-        place = vec2<f32>(-r, -(phi - 4.0 * QUARTER_PI) * r / QUARTER_PI);
-    } else if phi >= QUARTER_PI {
-        place = vec2<f32>(-(phi - 2.0 * QUARTER_PI) * r / QUARTER_PI, r);
+    var place = vec2<f32>(r, phi * r / FRAC_PI_4);
+    if phi >= 5.0 * FRAC_PI_4 {
+        place = vec2<f32>((phi - 6.0 * FRAC_PI_4) * r / FRAC_PI_4, -r);
+    } else if phi >= 3.0 * FRAC_PI_4 {
+        place = vec2<f32>(-r, -(phi - 4.0 * FRAC_PI_4) * r / FRAC_PI_4);
+    } else if phi >= FRAC_PI_4 {
+        place = vec2<f32>(-(phi - 2.0 * FRAC_PI_4) * r / FRAC_PI_4, r);
     }
     return clamp((place + 1.0) * 0.5, vec2<f32>(0.0), vec2<f32>(BELOW_ONE));
 }
@@ -27,9 +28,9 @@ fn disk_from_square(square: vec2<f32>) -> vec2<f32> {
         return p;
     }
     if abs(p.x) > abs(p.y) {
-        let phi = QUARTER_PI * (p.y / p.x);
+        let phi = FRAC_PI_4 * (p.y / p.x);
         return p.x * vec2<f32>(cos(phi), sin(phi));
     }
-    let phi = QUARTER_PI * (2.0 - p.x / p.y);
+    let phi = FRAC_PI_4 * (2.0 - p.x / p.y);
     return p.y * vec2<f32>(cos(phi), sin(phi));
 }

@@ -1,10 +1,7 @@
 // How far does a loop run on this device? Some software drivers end every loop of an invocation
 // silently after a fixed number of iterations.
 
-struct LoopLimitParams {
-    /// Iterations asked for.
-    iterations: u32,
-}
+import package::generated::{LoopLimitParams};
 
 @group(0) @binding(0) var<uniform> params: LoopLimitParams;
 @group(0) @binding(1) var<storage, read_write> counted: array<u32>;

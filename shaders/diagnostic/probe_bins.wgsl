@@ -1,34 +1,8 @@
 // For tests: bins of directions, and directions of bins.
 
+import package::generated::{BinAnswer, BinProbe, BinProbeParams};
 import package::shared::window::{windows, window_bin, window_bin_direction};
-import package::shared::sky::{sky_bin, SkyRow};
-
-struct BinProbeParams {
-    count: u32,
-    window: u32,
-    // Sky rows with the cap.
-    sky_rows: u32,
-    row_height: f32,
-}
-
-struct BinProbe {
-    direction: vec3<f32>,
-    // For the way back: bin within the window and place in it.
-    bin: u32,
-    random: vec2<f32>,
-    padding: vec2<u32>,
-}
-
-struct BinAnswer {
-    // Inside the bin asked for.
-    direction: vec3<f32>,
-    // Of the direction asked for.
-    window_bin: u32,
-    sky_bin: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-}
+import package::shared::sky::{sky_bin};
 
 @group(0) @binding(6) var<uniform> params: BinProbeParams;
 @group(0) @binding(8) var<storage, read> probes: array<BinProbe>;

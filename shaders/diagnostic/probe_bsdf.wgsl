@@ -1,27 +1,8 @@
 // For tests: values and samples of scattering functions.
 
+import package::generated::{BsdfAnswer, BsdfProbe};
 import package::bsdf::scattering::{bsdf_value, bsdf_component, bsdf_lobe};
 import package::bsdf::scattering_sample::{bsdf_sample, bsdf_direct_hemispherical};
-
-struct BsdfProbe {
-    outgoing: vec3<f32>,
-    // First word of the pane.
-    pane: u32,
-    incident: vec3<f32>,
-    padding0: u32,
-    random: vec3<f32>,
-    padding1: u32,
-}
-
-struct BsdfAnswer {
-    // Drawn in the component of the two directions.
-    direction: vec3<f32>,
-    weight: f32,
-    value: f32,
-    direct_hemispherical: f32,
-    padding0: u32,
-    padding1: u32,
-}
 
 @group(0) @binding(8) var<storage, read> probes: array<BsdfProbe>;
 @group(0) @binding(9) var<storage, read_write> answers: array<BsdfAnswer>;

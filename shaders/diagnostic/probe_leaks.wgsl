@@ -1,25 +1,11 @@
 // For tests: chains of rays inside a closed convex room around the origin, whose surfaces face inwards. A ray that
 // meets nothing, or a surface from behind, has leaked.
 
+import package::generated::{FAR_AWAY, LeakCounts, LeakProbeParams};
 import package::shared::random::{hash_combine, hash_u32, unit_f32};
-import package::shared::bvh::{bvh_triangles, closest_hit, leave_surface, triangle_normal, NO_TRIANGLE, FAR_AWAY};
+import package::shared::bvh::{bvh_triangles, closest_hit, leave_surface, triangle_normal, NO_TRIANGLE};
 import package::shared::material::{cosine_direction};
 import package::shared::counters::{count_finished};
-
-struct LeakProbeParams {
-    seed: u32,
-    chains: u32,
-    rays_per_chain: u32,
-    triangles: u32,
-}
-
-struct LeakCounts {
-    missed: atomic<u32>,
-    from_behind: atomic<u32>,
-    // Rays that met a front side.
-    met: atomic<u32>,
-    padding: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: LeakProbeParams;
 @group(0) @binding(8) var<storage, read_write> leaks: LeakCounts;

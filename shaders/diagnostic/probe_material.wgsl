@@ -1,27 +1,7 @@
 // For tests: panes of glass and diffuse directions.
 
+import package::generated::{MaterialAnswer, MaterialProbe};
 import package::shared::material::{glass_pane, cosine_direction};
-
-struct MaterialProbe {
-    // Of the glass.
-    transmissivity: vec3<f32>,
-    index: f32,
-    // Around which diffuse directions are drawn.
-    normal: vec3<f32>,
-    // Of incidence on the glass.
-    cosine: f32,
-    random: vec2<f32>,
-    padding: vec2<u32>,
-}
-
-struct MaterialAnswer {
-    transmitted: vec3<f32>,
-    padding0: u32,
-    reflected: vec3<f32>,
-    padding1: u32,
-    direction: vec3<f32>,
-    padding2: u32,
-}
 
 @group(0) @binding(6) var<storage, read> probes: array<MaterialProbe>;
 @group(0) @binding(8) var<storage, read_write> answers: array<MaterialAnswer>;

@@ -1,13 +1,7 @@
 // For tests: the points of one pair of dimensions of one stream.
 
+import package::generated::{RandomProbeParams};
 import package::shared::random::{sample_pair};
-
-struct RandomProbeParams {
-    seed: u32,
-    dimension_pair: u32,
-    first: u32,
-    count: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: RandomProbeParams;
 @group(0) @binding(8) var<storage, read_write> points: array<vec2<f32>>;

@@ -1,24 +1,8 @@
 // For tests: what each ray meets first.
 
-import package::shared::bvh::{closest_hit, traverse, FAR_AWAY, ANY};
+import package::generated::{FAR_AWAY, Ray, RayAnswer};
+import package::shared::bvh::{closest_hit, traverse, ANY};
 import package::shared::counters::{count_finished};
-
-struct Ray {
-    origin: vec3<f32>,
-    padding0: u32,
-    direction: vec3<f32>,
-    padding1: u32,
-}
-
-struct RayAnswer {
-    distance: f32,
-    // Place in the leaves of the BVH.
-    triangle: u32,
-    barycentric: vec2<f32>,
-    // Whether any surface is in the way.
-    blocked: u32,
-    padding: u32,
-}
 
 @group(0) @binding(6) var<storage, read> rays: array<Ray>;
 @group(0) @binding(8) var<storage, read_write> answers: array<RayAnswer>;

@@ -5,7 +5,7 @@
 // sums, because arrays indexed at run time live in memory.
 
 import package::shared::gemm::{params, store_block};
-import package::generated::lanes::{LANES, tile};
+import package::generated::{LANES, tile};
 
 // [component][inner][row] and [component][inner][column], in quads
 @group(0) @binding(1) var<storage, read> left: array<vec4<f32>>;

@@ -2,11 +2,11 @@
 // in workgroup memory, each invocation 8 × 8 of them in registers (two runs of four rows and of
 // four columns, so that neighbours read neighbouring banks).
 
+import package::generated::{TILE};
 import package::shared::gemm::{params, store_block};
 
-const TILE: u32 = 128u;
 const DEPTH: u32 = 8u;
-const QUADS: u32 = 32u;
+const QUADS: u32 = TILE / 4u;
 
 // [component][inner][row] and [component][inner][column], in quads
 @group(0) @binding(1) var<storage, read> left: array<vec4<f32>>;

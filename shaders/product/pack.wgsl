@@ -1,27 +1,16 @@
 // Takes a matrix with interleaved components apart: one plane per component, with the strides and
 // the padding (zeros, left as they are) that the product kernels read.
 
-struct PackParams {
-    rows: u32,
-    columns: u32,
-    components: u32,
-    // Distance in the plane between neighbours in a column, and between neighbours in a row.
-    row_stride: u32,
-    column_stride: u32,
-    // Distance between planes.
-    plane: u32,
-}
-
-const WORKGROUP: u32 = 64u;
+import package::generated::{PackParams, PACK_WORKGROUP};
 
 @group(0) @binding(0) var<uniform> params: PackParams;
 // [row][column][component]
 @group(0) @binding(1) var<storage, read> interleaved: array<f32>;
 @group(0) @binding(2) var<storage, read_write> planes: array<f32>;
 
-@compute @workgroup_size(WORKGROUP)
+@compute @workgroup_size(PACK_WORKGROUP)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let element = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let element = (group.y * groups.x + group.x) * PACK_WORKGROUP + lane;
     if element >= params.rows * params.columns {
         return;
     }

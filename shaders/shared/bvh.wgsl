@@ -7,12 +7,12 @@
 // lets light straight through: 1 for glass, 2 for smooth translucent surfaces, 0 for all others; the
 // third with the number of its plane if it is a smooth surface, else 0.
 
+import package::generated::{FAR_AWAY, MATERIAL_GLASS};
 import package::shared::counters::{traversal_failed};
 import package::shared::frame::{tangent_frame};
-import package::shared::material::{materials, glass_pane, smooth_fresnel, MATERIAL_GLASS, MATERIAL_SURFACE};
+import package::shared::material::{materials, glass_pane, smooth_fresnel};
 
 const NO_TRIANGLE: u32 = 0xffffffffu;
-const FAR_AWAY: f32 = 1e30;
 const STACK_SIZE: u32 = 24u;
 
 // What a traversal looks for: the nearest triangle, any triangle, any that is no glass, or any that

@@ -1,16 +1,10 @@
 // Paths finished, to be compared with paths started: some drivers end long loops silently.
 
+import package::generated::{Counters};
+
 // Whether a traversal of this invocation ended without emptying its stack: a driver that cuts
 // loops short, or a stack that overflowed. Such a path is not counted as finished.
 var<private> traversal_failed: bool = false;
-
-struct Counters {
-    finished: atomic<u32>,
-    failed: atomic<u32>,
-    // Segments traced, in units of 64.
-    alive: atomic<u32>,
-    segments: atomic<u32>,
-}
 
 @group(0) @binding(15) var<storage, read_write> counters: Counters;
 

@@ -1,22 +1,7 @@
 // Openings that sunlight must pass: polygons of windows, or boxes around windows and their shades.
 
+import package::generated::{Gate};
 import package::shared::window::{leaves_through_window};
-
-// The room that a shade takes up, in front of and behind its window, as a box.
-struct Gate {
-    // Axes of the window's frame; z points into the room.
-    x: vec3<f32>,
-    padding0: u32,
-    y: vec3<f32>,
-    padding1: u32,
-    z: vec3<f32>,
-    padding2: u32,
-    // Limits along the axes.
-    low: vec3<f32>,
-    padding3: u32,
-    high: vec3<f32>,
-    padding4: u32,
-}
 
 @group(0) @binding(11) var<storage, read> gates: array<Gate>;
 

@@ -2,33 +2,8 @@
 //
 // Light paths may be followed in either direction: every model here is reciprocal and none refracts.
 
+import package::generated::{FRESNEL_DECAY, FRESNEL_GRAZING, FRESNEL_THRESHOLD, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE, Material, SMOOTH_ROUGHNESS2};
 import package::shared::frame::{tangent_frame};
-
-const MATERIAL_ABSORBER: u32 = 0u;   // window, light, glow: ends a path
-const MATERIAL_SURFACE: u32 = 1u;    // plastic, metal, trans
-const MATERIAL_GLASS: u32 = 2u;
-const MATERIAL_MIRROR: u32 = 3u;
-
-// Specular fraction from which Radiance applies its Fresnel approximation to smooth surfaces
-// (FRESTHRESH).
-const FRESNEL_THRESHOLD: f32 = 0.018;
-
-struct Material {
-    // Diffuse reflectance.
-    diffuse: vec3<f32>,
-    kind: u32,
-    // Specular reflectance (of the front for mirrors); transmissivity for glass.
-    specular: vec3<f32>,
-    // RMS facet slope; refraction index for glass.
-    roughness: f32,
-    // Diffuse transmittance.
-    diffuse_transmitted: vec3<f32>,
-    // Index + 1 of the window that this absorber is; 0 otherwise.
-    window: u32,
-    // Specular (straight through) transmittance.
-    specular_transmitted: vec3<f32>,
-    padding: u32,
-}
 
 @group(0) @binding(2) var<storage, read> materials: array<Material>;
 
@@ -80,7 +55,7 @@ fn glass_pane(transmissivity: vec3<f32>, index: f32, cosine: f32) -> array<vec3<
 
 // Whether a surface reflects and transmits as a mirror and a pane do.
 fn is_smooth(material: Material) -> bool {
-    return material.roughness * material.roughness <= 1e-6;
+    return material.roughness * material.roughness <= SMOOTH_ROUGHNESS2;
 }
 
 // What smooth surfaces add to their specular reflection at this angle of incidence, as a share of
@@ -88,7 +63,7 @@ fn is_smooth(material: Material) -> bool {
 // subtracted.
 fn smooth_fresnel(material: Material, cosine: f32) -> f32 {
     if is_smooth(material) && largest(material.specular) >= FRESNEL_THRESHOLD {
-        return exp(-5.85 * cosine) - 0.00287989916;
+        return exp(-FRESNEL_DECAY * cosine) - FRESNEL_GRAZING;
     }
     return 0.0;
 }

@@ -1,6 +1,7 @@
 // Light of the sun's images in flat mirrors.
 
-import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE, FAR_AWAY};
+import package::generated::{FAR_AWAY};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE};
 import package::shared::material::{materials, largest, smooth_specular};
 import package::shared::gates::{may_come_in};
 import package::shared::sun::{is_clear, is_mirror};

@@ -1,24 +1,9 @@
 // Pairs of a surface point and a sun: [batch][receiver][sun]. Every batch has receivers of its own,
 // points behind the same pixels, and they share out the points of the sun's disc.
 
-import package::shared::receiver::{Receiver};
+import package::generated::{PairParams, Receiver, SunRecord};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::sun::{SunRecord, sun_direction};
-
-struct PairParams {
-    seed: u32,
-    // Per batch.
-    receivers: u32,
-    suns: u32,
-    batches: u32,
-    // Openings, as `may_come_in` takes them.
-    window_count: u32,
-    gates: u32,
-    // Points of the disc per receiver.
-    disc_samples: u32,
-    // Pairs that may see each other, where they are listed.
-    candidates: u32,
-}
+import package::shared::sun::{sun_direction};
 
 @group(0) @binding(6) var<uniform> params: PairParams;
 // [batch][receiver]

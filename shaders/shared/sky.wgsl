@@ -1,16 +1,7 @@
 // Reinhart's sky patches with the ground first.
 
+import package::generated::{SkyRow};
 import package::shared::bins::{azimuth_bin};
-
-// A row of sky patches, or the zenith cap (one patch). The last entry of the table is a sentinel
-// whose lower limit is above the zenith.
-struct SkyRow {
-    // Sine of the lower altitude limit.
-    sin_low: f32,
-    first: u32,
-    patches: u32,
-    padding: u32,
-}
 
 @group(0) @binding(7) var<storage, read> sky_rows: array<SkyRow>;
 

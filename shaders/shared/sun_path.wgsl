@@ -1,9 +1,9 @@
 // Paths to the surfaces that scatter sunlight. Every vertex is kept; suns are connected to it later.
 
-import package::shared::receiver::{SunVertex};
+import package::generated::{FAR_AWAY, MATERIAL_GLASS, MATERIAL_SURFACE, Material, SunVertex};
 import package::shared::random::{sample_pair};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, Scatter, scatter, smooth_specular, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR, MATERIAL_SURFACE, MATERIAL_GLASS};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
+import package::shared::material::{materials, Scatter, scatter, smooth_specular, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};
 
 // Whether only those vertices are wanted that a path meets by way of a reflection in a pane: points
 // of the surfaces stand for the others.

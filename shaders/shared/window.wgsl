@@ -1,23 +1,8 @@
 // Windows: their directional bins, points on them, and rays towards them.
 
-import package::shared::bins::{Ring, TAU, azimuth_bin};
-import package::shared::bvh::{light_passing, FAR_AWAY, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
-
-struct Window {
-    // Local frame in world coordinates: z points into the room, y up.
-    x: vec3<f32>,
-    first_triangle: u32,
-    y: vec3<f32>,
-    triangles: u32,
-    z: vec3<f32>,
-    // In the tracer's units.
-    area: f32,
-    // Index of the first bin among all windows' bins.
-    first_bin: u32,
-    bins: u32,
-    first_ring: u32,
-    rings: u32,
-}
+import package::generated::{FAR_AWAY, Ring, TAU, Window};
+import package::shared::bins::{azimuth_bin};
+import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 
 // Whether the scene has panes of glass, which let straight connections through.
 override HAS_GLASS: bool = true;

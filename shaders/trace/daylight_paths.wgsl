@@ -4,38 +4,16 @@
 // of light through the bin, uniform in projected solid angle. What is left of it when it leaves
 // the scene is added to the sky patch of its direction. The mean over a bin's paths is a row of D.
 
+import package::generated::{DaylightParams, FAR_AWAY, MATERIAL_GLASS, MOST_PATH_SEGMENTS};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_GLASS};
+import package::shared::bvh::{closest_hit, leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
+import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::sky::{sky_bin};
 import package::shared::window::{windows, window_point, window_bin_direction};
 import package::shared::counters::{counters, count_finished};
 
-struct DaylightParams {
-    seed: u32,
-    // First path index of this dispatch and paths per bin in it.
-    first_path: u32,
-    paths: u32,
-    // Bins of the window, and its index.
-    bins: u32,
-    window: u32,
-    // Sky patches with the ground.
-    sky_bins: u32,
-    sky_rows: u32,
-    // Most diffuse reflections of a path.
-    most_bounces: u32,
-    // Fixed-point units of a whole path.
-    unit: f32,
-    // Weight below which Russian roulette decides.
-    roulette_weight: f32,
-    row_height: f32,
-    padding: u32,
-}
-
 // 1 for grey scenes, 3 for coloured ones.
 override COMPONENTS: u32 = 3u;
-// Ends paths that wander between mirrors.
-const MOST_SEGMENTS: u32 = 256u;
 
 @group(0) @binding(6) var<uniform> params: DaylightParams;
 // [direct or indirect][bin][patch][component], fixed point.
@@ -68,7 +46,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var straight = true;
     var ended = false;
     var segment = 0u;
-    for (; segment < MOST_SEGMENTS; segment++) {
+    for (; segment < MOST_PATH_SEGMENTS; segment++) {
         let hit = closest_hit(position, direction, FAR_AWAY);
         if hit.triangle == NO_TRIANGLE {
             deposit(bin, straight, sky_bin(direction, params.row_height, params.sky_rows), weight);
@@ -109,5 +87,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         position = leave_surface(hit, side);
     }
     atomicAdd(&counters.segments, segment + 1u);
-    count_finished(ended || segment == MOST_SEGMENTS);
+    count_finished(ended || segment == MOST_PATH_SEGMENTS);
 }

@@ -1,17 +1,8 @@
 // Appends the virtual lights of the last vertex that give light to their bin's list, keeping their
 // order, and counts them. One invocation per bin and batch.
 
-import package::shared::receiver::{VirtualLight};
+import package::generated::{CompactParams, VirtualLight};
 import package::shared::counters::{count_finished};
-
-struct CompactParams {
-    bins: u32,
-    // Light paths per bin and batch.
-    paths: u32,
-    batches: u32,
-    // Room for lights per bin and batch.
-    room: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: CompactParams;
 // Of the last vertex, [batch][bin][path].

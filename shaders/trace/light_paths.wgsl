@@ -5,46 +5,12 @@
 // of the bin / paths. Where it meets a diffuse surface it leaves a virtual light (Keller 1997,
 // instant radiosity), which `view_gather` connects to all sensors.
 
-import package::shared::receiver::{VirtualLight};
+import package::generated::{FAR_AWAY, LightPath, LightPathParams, PI, VirtualLight};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
+import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::window::{windows, rings, window_point, window_bin_direction};
 import package::shared::counters::{counters, count_finished};
-
-struct LightPathParams {
-    seed: u32,
-    // Paths per bin and batch, a power of two.
-    paths: u32,
-    // Bins of all windows.
-    bins: u32,
-    window_count: u32,
-    // Number of this vertex, from 0. Vertex 0 starts the paths.
-    vertex: u32,
-    // Whether another vertex follows.
-    last: u32,
-    batches: u32,
-    // 1 if all receivers have the same normal.
-    common_normal: u32,
-    // Box around the receivers, and their normal if they have it in common.
-    receivers_low: vec3<f32>,
-    padding0: u32,
-    receivers_high: vec3<f32>,
-    padding1: u32,
-    normal: vec3<f32>,
-    padding2: u32,
-}
-
-struct LightPath {
-    position: vec3<f32>,
-    // 0 when it has ended.
-    alive: u32,
-    direction: vec3<f32>,
-    // Random pairs used so far.
-    pairs: u32,
-    flux: vec3<f32>,
-    padding: u32,
-}
 
 const MOST_SPECULAR: u32 = 64u;
 
@@ -59,7 +25,7 @@ fn projected_solid_angle(first_ring: u32, ring_count: u32, bin: u32) -> f32 {
     while rings[ring].first > bin {
         ring -= 1u;
     }
-    return 3.141592653589793 * (rings[ring].cos2_low - rings[ring].cos2_high) / f32(rings[ring].bins);
+    return PI * (rings[ring].cos2_low - rings[ring].cos2_high) / f32(rings[ring].bins);
 }
 
 // Largest value of dot(p, direction) over the box around the receivers.

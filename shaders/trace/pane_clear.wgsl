@@ -1,10 +1,10 @@
 // What every receiver gets straight from every sun's disc through panes that let it pass.
 
+import package::generated::{Pane, PaneParams, PaneSunRecord, Receiver};
 import package::shared::random::{hash_combine};
-import package::shared::receiver::{Receiver};
 import package::shared::window::{distance_through, sky_transmittance, straight_transmittance};
 import package::shared::counters::{count_finished};
-import package::shared::pane::{PaneParams, Pane, PaneSunRecord, disc_direction, pane_random, off_pane};
+import package::shared::pane::{disc_direction, pane_random, off_pane};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;

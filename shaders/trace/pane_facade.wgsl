@@ -1,12 +1,11 @@
 // Radiance of points of the panes towards an eye, per sun.
 
+import package::generated::{FacadePoint, NO_PANE, NO_SCATTERING, Pane, PaneParams, PaneSunRecord, TRANSMISSION_FRONT};
 import package::shared::random::{hash_combine};
 import package::shared::window::{sky_transmittance};
 import package::shared::counters::{count_finished};
-import package::shared::pane::{
-    PaneParams, Pane, PaneSunRecord, FacadePoint, NO_SCATTERING, NO_PANE, pane_local, disc_direction, pane_random, off_pane
-};
-import package::bsdf::scattering::{incident_key, outgoing_key, bsdf_of_keys, bsdf_lobe, TRANSMISSION_FRONT};
+import package::shared::pane::{pane_local, disc_direction, pane_random, off_pane};
+import package::bsdf::scattering::{incident_key, outgoing_key, bsdf_of_keys, bsdf_lobe};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;

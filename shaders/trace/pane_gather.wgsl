@@ -8,11 +8,11 @@
 // One invocation takes four suns, which share these points, and the cells `first_cell` … `end_cell` of a
 // batch: some drivers end loops early. Sums add up over dispatches.
 
+import package::generated::{GATHERED_SUNS, Pane, PaneCell, PaneEnd, PaneParams, PaneSunRecord, Receiver, TRANSMISSION_FRONT};
 import package::shared::counters::{count_finished};
-import package::shared::receiver::{Receiver};
 import package::shared::random::{hash_u32, hash_combine, unit_f32};
-import package::shared::pane::{PaneParams, Pane, PaneSunRecord, PaneCell, PaneEnd, pane_local};
-import package::bsdf::scattering::{bsdf_of_keys, bsdf_lobe, outgoing_key, TRANSMISSION_FRONT};
+import package::shared::pane::{pane_local};
+import package::bsdf::scattering::{bsdf_of_keys, bsdf_lobe, outgoing_key};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;
@@ -49,9 +49,6 @@ fn part_point(index: u32, side: u32, seed: u32) -> vec2<f32> {
     }
     return (vec2<f32>(f32(row - column), f32(column + 1u)) - inside) / f32(side);
 }
-
-// Suns of one invocation.
-const SUNS: u32 = 4u;
 
 // A sun at a cell, loaded once for all points of the cell.
 struct Light {
@@ -134,7 +131,7 @@ fn add(batch: u32, sun: u32, receiver: u32, value: vec3<f32>) {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let sun = id.y * SUNS;
+    let sun = id.y * GATHERED_SUNS;
     if id.x >= params.receivers || sun >= params.suns {
         return;
     }

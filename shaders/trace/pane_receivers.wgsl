@@ -1,9 +1,8 @@
 // What share of light passes between every receiver and the cells of the panes.
 
-import package::shared::receiver::{Receiver};
+import package::generated::{NO_SCATTERING, Pane, PaneCell, PaneParams, Receiver};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
-import package::shared::pane::{PaneParams, Pane, PaneCell, NO_SCATTERING};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;

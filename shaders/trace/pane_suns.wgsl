@@ -1,11 +1,10 @@
 // Which cells of the panes every sun reaches, and what it brings there.
 
+import package::generated::{NO_SCATTERING, Pane, PaneCell, PaneEnd, PaneParams, PaneSunRecord, TRANSMISSION_FRONT};
 import package::shared::window::{sky_transmittance};
 import package::shared::counters::{count_finished};
-import package::shared::pane::{
-    PaneParams, Pane, PaneSunRecord, PaneCell, PaneEnd, NO_SCATTERING, pane_local, disc_direction, pane_random, off_pane
-};
-import package::bsdf::scattering::{incident_key, bsdf_lobe, TRANSMISSION_FRONT};
+import package::shared::pane::{pane_local, disc_direction, pane_random, off_pane};
+import package::bsdf::scattering::{incident_key, bsdf_lobe};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
 @group(0) @binding(7) var<storage, read> panes: array<Pane>;

@@ -3,8 +3,8 @@
 // Many samples of the windows give what would arrive with nothing in the way; rays to some of them
 // give the share that does, bin by bin. What they found of all bins together is kept.
 
-import package::shared::pixel::{TileParams, BinShare, PixelChances, pixel_cell};
-import package::shared::receiver::{Receiver};
+import package::generated::{BinShare, PixelChances, Receiver, TileParams};
+import package::shared::pixel::{pixel_cell};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
 import package::shared::material::{largest};

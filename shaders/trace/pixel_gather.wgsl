@@ -6,8 +6,8 @@
 // arrive is its own where it has rays, and that of the whole pixel where it has none; what the rays
 // found of all bins together is kept.
 
-import package::shared::pixel::{TileParams, BinShare, PixelChances, pixel_cell};
-import package::shared::receiver::{Receiver, VirtualLight};
+import package::generated::{BinShare, FRAC_1_PI, MOST_VISIBILITY_RAYS, PixelChances, Receiver, TileParams, VirtualLight};
+import package::shared::pixel::{pixel_cell};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{straight_transmittance};
 import package::shared::material::{largest};
@@ -15,7 +15,6 @@ import package::shared::counters::{count_finished};
 
 // Rays per receiver.
 override RAYS: u32 = 16u;
-const MOST_RAYS: u32 = 64u;
 
 @group(0) @binding(6) var<uniform> params: TileParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
@@ -76,7 +75,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let step = total / f32(RAYS);
     let seed = hash_combine(hash_combine(params.seed, batch + 0x200u), receiver.number);
     var threshold = step * unit_f32(seed);
-    var chosen: array<vec2<u32>, MOST_RAYS>;
+    var chosen: array<vec2<u32>, MOST_VISIBILITY_RAYS>;
     var found = 0u;
     var sum = 0.0;
     for (var bin = 0u; bin < params.bins; bin++) {
@@ -117,20 +116,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         hits += select(0.0, 1.0, largest(passed) > 0.0);
     }
     // A channel's share of what one ray stands for.
-    let each = step * (0.3183098861837907 / 3.0 / f32(params.paths));
+    let each = step * (FRAC_1_PI / 3.0 / f32(params.paths));
     let place = batch * params.pixels + pixel;
     chances[place].gathered += each * traced;
     chances[place].gathered_squares += each * each * traced;
     chances[place].gathered_hits += each * hits;
     let mean_share = select(vec3<f32>(1.0), arrived / max(traced, 1.0), traced > 0.0);
-    var scale = weight * (0.3183098861837907 / f32(params.paths));
+    var scale = weight * (FRAC_1_PI / f32(params.paths));
     if hits > 0.0 && hits < traced {
         // Bins with rays have shares of their own, one after the other.
         let one = vec3<f32>(1.0);
         let wanted = total * dot(mean_share, one);
         var sum = wanted;
         for (var ray = 0u; ray < found; ray++) {
-            if ray + 1u == found || chosen[min(ray + 1u, MOST_RAYS - 1u)].x != chosen[ray].x {
+            if ray + 1u == found || chosen[min(ray + 1u, MOST_VISIBILITY_RAYS - 1u)].x != chosen[ray].x {
                 let share = shares[pixel_cell(shape, chosen[ray].x, batch, pixel)];
                 let part = (share.arrived + mean_share) / (share.traced + 1.0);
                 sum += dot(share.unobstructed, one) * dot(part - mean_share, one);

@@ -5,18 +5,16 @@
 // Through panes and by one reflection in a smooth surface windows are followed in full; what else is
 // specular is left to chance, as the receivers are.
 
-import package::shared::pixel::{TileParams, PixelRay};
-import package::shared::receiver::{Receiver};
+import package::generated::{FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_ABSORBER, MATERIAL_SURFACE, Material, PixelRay, Receiver, TileParams};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, scatter, smooth_specular, is_smooth, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER, MATERIAL_SURFACE};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
+import package::shared::material::{materials, scatter, smooth_specular, is_smooth, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::window::{windows, window_bin};
 import package::shared::counters::{count_finished};
 
 // Whether anything reflects, or transmits, other than diffusely.
 override HAS_SPECULAR: bool = true;
 const MOST_SPECULAR: u32 = 32u;
-const LOOK_UNITS: f32 = 256.0;
 
 @group(0) @binding(6) var<uniform> params: TileParams;
 // [subpixel][pixel]
@@ -158,7 +156,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         direction = event.direction;
         if event.lobe == LOBE_DIFFUSE {
             receiver = Receiver(origin, ray.number, side, 0u);
-            receiver_weight = weight * 0.3183098861837907;
+            receiver_weight = weight * FRAC_1_PI;
             ended = true;
         } else if HAS_SPECULAR && !(event.transmitted && is_polished(material)) {
             reflections += select(2u, 1u, is_polished(material));

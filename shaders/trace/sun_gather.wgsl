@@ -3,45 +3,13 @@
 // mirrors: the image is looked for where it stands, and counts where the mirrors met are those that
 // make it.
 
-import package::shared::receiver::{Receiver, SunVertex};
+import package::generated::{Receiver, SunGatherParams, SunRecord, SunVertex};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{materials, largest};
 import package::shared::gates::{may_come_in};
 import package::shared::mirrored::{mirrored_transmittance};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, vertex_light, hidden_by_one};
+import package::shared::sun::{sun_direction, sun_transmittance, vertex_light, hidden_by_one};
 import package::shared::counters::{counters, count_finished};
-
-struct SunGatherParams {
-    seed: u32,
-    receivers: u32,
-    suns: u32,
-    batches: u32,
-    // Polygons of windows that light must pass, or boxes in their place; it comes from anywhere if
-    // there are neither.
-    window_count: u32,
-    // Points of the disc per batch.
-    disc_samples: u32,
-    // Paths per receiver and batch, and their slots; 0 for straight light only.
-    paths: u32,
-    most_vertices: u32,
-    // Receivers from one batch to the next; 0 if all batches share them.
-    batch_stride: u32,
-    gates: u32,
-    // Sets of so many paths; the suns take turns.
-    path_sets: u32,
-    // Points of the disc's rim that are looked at where all other points agree: whatever covers a part of
-    // the disc from one side is seen at its rim first.
-    rim: u32,
-    // Columns of the matrix that takes a direction to the sun to that of its image.
-    image_x: vec3<f32>,
-    // Whether neighbours take neighbouring receivers, not suns: their rays go side by side.
-    receivers_first: u32,
-    image_y: vec3<f32>,
-    // Paths of this dispatch: some drivers end loops early. What is straight belongs to the first.
-    first_path: u32,
-    image_z: vec3<f32>,
-    end_path: u32,
-}
 
 // Whether the sun's image in mirrors is looked for, not the sun itself.
 override MIRRORED: bool = false;

@@ -2,27 +2,12 @@
 // scattering data that it shows. Surfaces of the room, and the slats of shades; what stands outside
 // belongs to other phases.
 
-import package::shared::pixel::{PixelRay};
-import package::shared::receiver::{Receiver};
+import package::generated::{FAR_AWAY, FRAC_1_PI, FacadePoint, MATERIAL_ABSORBER, NO_PANE, PixelRay, Receiver, SunPixelParams};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_ABSORBER};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
+import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::window::{windows, distance_through, leaves_through_window};
-import package::shared::pane::{FacadePoint, NO_PANE};
 import package::shared::counters::{count_finished};
-
-struct SunPixelParams {
-    seed: u32,
-    pixels: u32,
-    batches: u32,
-    window_count: u32,
-    // Materials from here on are those of shades.
-    first_shade: u32,
-    // Whether the windows are panes, where a ray ends.
-    panes: u32,
-    padding0: u32,
-    padding1: u32,
-}
 
 const MOST_SPECULAR: u32 = 32u;
 
@@ -123,7 +108,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             if shade || !outside {
                 // Around slats light comes from everywhere, not through the window's polygon.
                 receiver = Receiver(origin, ray.number, side, u32(shade));
-                receiver_weight = vec4<f32>(weight * 0.3183098861837907, 0.0);
+                receiver_weight = vec4<f32>(weight * FRAC_1_PI, 0.0);
             }
             break;
         }

@@ -1,31 +1,11 @@
 // What single rays see of the sun, or of its image in flat mirrors: the straight transmittance of each.
 
+import package::generated::{SunRay, SunRayParams};
 import package::shared::gates::{passes_gates};
 import package::shared::mirrored::{mirrored_transmittance};
-import package::shared::sun::{SunRecord, sun_transmittance};
+import package::shared::sun::{sun_transmittance};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{count_finished};
-
-struct SunRay {
-    origin: vec3<f32>,
-    padding0: u32,
-    direction: vec3<f32>,
-    padding1: u32,
-}
-
-struct SunRayParams {
-    rays: u32,
-    gates: u32,
-    padding0: u32,
-    padding1: u32,
-    // Columns of the matrix that takes a direction to the sun to that of its image.
-    image_x: vec3<f32>,
-    padding2: u32,
-    image_y: vec3<f32>,
-    padding3: u32,
-    image_z: vec3<f32>,
-    padding4: u32,
-}
 
 // Whether rays go to an image of the sun, not to the sun itself.
 override MIRRORED: bool = false;

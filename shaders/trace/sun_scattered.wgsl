@@ -1,39 +1,12 @@
 // Light of one sun by way of a list of vertices, the radiance that a point of a shade sends to its front
 // for one. One list and sun per invocation.
 
-import package::shared::receiver::{SunVertex};
+import package::generated::{ScatteredParams, SunRecord, SunVertex, VertexList};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{materials, largest};
-import package::shared::sun::{SunRecord, sun_direction, sun_transmittance, vertex_light};
+import package::shared::sun::{sun_direction, sun_transmittance, vertex_light};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
-
-struct ScatteredParams {
-    seed: u32,
-    lists: u32,
-    // Suns of each set: numbers `set`, `set + stride` …
-    suns: u32,
-    stride: u32,
-    all_suns: u32,
-    components: u32,
-    // Slots per path, which ends with its first vertex without material.
-    path_slots: u32,
-    padding1: u32,
-}
-
-struct VertexList {
-    // Vertices, path by path.
-    first: u32,
-    count: u32,
-    // Number of its first sun.
-    first_sun: u32,
-    // These choose its random numbers: lists of one stream share them out.
-    stream: u32,
-    index: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: ScatteredParams;
 @group(0) @binding(7) var<storage, read> lists: array<VertexList>;

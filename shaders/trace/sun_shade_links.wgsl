@@ -1,24 +1,11 @@
 // What receivers get, as irradiance, of radiance that leaves points of the shades: cosines over squared
 // distance times area, where nothing is in the way. One pair of receiver and point per invocation.
 
-import package::shared::receiver::{Receiver, SunVertex};
+import package::generated::{Receiver, ShadeLinkParams, SunVertex};
 import package::shared::bvh::{light_passing, ANY, ANY_BUT_CLEAR};
 import package::shared::sun::{HAS_PANES};
 import package::shared::window::{windows, rings, window_triangles, leaves_through_window};
 import package::shared::counters::{counters, count_finished};
-
-struct ShadeLinkParams {
-    receivers: u32,
-    points: u32,
-    // Vertices per point.
-    slots: u32,
-    // Windows that light must leave through; from anywhere if there are none.
-    window_count: u32,
-    components: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: ShadeLinkParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;

@@ -2,54 +2,13 @@
 // surfaces that it is lit by in turn. One path per invocation. The first vertex of a point's first path is
 // the point itself, the others carry what it sends to its front of radiance that leaves them towards it.
 
+import package::generated::{PROBABILITY_STEPS, ShadeCell, ShadePointParams, SunVertex};
 import package::shared::random::{sample_four, sample_pair, hash_combine};
 import package::shared::bvh::{margin_at, extent};
 import package::shared::material::{materials, cosine_direction, largest};
-import package::shared::receiver::{SunVertex};
 import package::shared::sun_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
 import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
-
-struct ShadePointParams {
-    seed: u32,
-    // The points of this dispatch: point `first + i` of all sets in a row is number `(first + i) % points`
-    // of its set.
-    first: u32,
-    count: u32,
-    points: u32,
-    cells: u32,
-    // Slots per path, the point itself counted.
-    most_vertices: u32,
-    // Share of its first weight below which roulette ends a path.
-    roulette_weight: f32,
-    // Whether point i lies in cell i, instead of where chance wants it.
-    each_cell: u32,
-    // From each point.
-    paths: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-}
-
-// A part of one side of a parallelogram, points corner + u edge1 + v edge2, or of a triangle, points corner +
-// √u ((1 − v) edge1 + v edge2); both uniform in u and v.
-struct ShadeCell {
-    corner: vec3<f32>,
-    // Index + 1.
-    material: u32,
-    edge1: vec3<f32>,
-    // Cells up to this one, it included, have this probability, in units of 2⁻²⁴.
-    limit: u32,
-    edge2: vec3<f32>,
-    // Area that a point stands for, by probability and number of points.
-    weight: f32,
-    // Unit normal of its side.
-    facing: vec3<f32>,
-    is_triangle: u32,
-    // Least u (√u of a triangle) and v, and how far they reach.
-    low: vec2<f32>,
-    size: vec2<f32>,
-}
 
 @group(0) @binding(6) var<uniform> params: ShadePointParams;
 @group(0) @binding(7) var<storage, read> cells: array<ShadeCell>;
@@ -76,7 +35,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = (params.first + id.x) % params.points;
     let seed = hash_combine(params.seed, (params.first + id.x) / params.points);
     let random = sample_four(index, seed);
-    let cell = cells[select(cell_at(u32(random.x * 16777216.0)), index, params.each_cell == 1u)];
+    let cell = cells[select(cell_at(u32(random.x * f32(PROBABILITY_STEPS))), index, params.each_cell == 1u)];
     let along = cell.low.x + cell.size.x * random.y;
     let across = cell.low.y + cell.size.y * random.z;
     var place = cell.corner + cell.edge1 * along + cell.edge2 * across;

@@ -4,31 +4,12 @@
 // One path per invocation. `throughput` is what the receiver gets (as irradiance) of radiance that
 // leaves the vertex towards it.
 
-import package::shared::receiver::{Receiver, SunVertex};
+import package::generated::{PI, Receiver, SunPathParams};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{cosine_direction, largest};
 import package::shared::window::{windows, sample_windows};
 import package::shared::sun_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
 import package::shared::counters::{counters, count_finished};
-
-struct SunPathParams {
-    seed: u32,
-    receivers: u32,
-    // Paths per receiver and batch that one sun uses.
-    paths: u32,
-    batches: u32,
-    window_count: u32,
-    // Slots per path.
-    most_vertices: u32,
-    roulette_weight: f32,
-    // Receivers from one batch to the next; 0 if all batches share them.
-    batch_stride: u32,
-    // Sets of so many paths; suns take turns in using them.
-    path_sets: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: SunPathParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
@@ -59,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     } else {
         direction = cosine_direction(receiver.normal, sample_pair(index, 0u, seed));
         // Irradiance: every cosine-distributed path stands for π sr.
-        throughput = vec3<f32>(3.141592653589793 / f32(params.paths));
+        throughput = vec3<f32>(PI / f32(params.paths));
     }
     // [batch][receiver][set][path][vertex]
     let path = SunPath(position, index, direction, seed, throughput, first_slot, 0u, params.most_vertices, params.roulette_weight * largest(throughput));

@@ -4,22 +4,10 @@
 // solid angle to its bin twice: what arrives of it (rgb), and as if nothing were in the way. The
 // host multiplies their ratio by the exact unobstructed value.
 
-import package::shared::receiver::{Receiver};
+import package::generated::{DirectParams, Receiver};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
 import package::shared::counters::{count_finished};
-
-struct DirectParams {
-    seed: u32,
-    sensors: u32,
-    samples: u32,
-    bins: u32,
-    window_count: u32,
-    // Fixed-point units per sample and full window.
-    unit: f32,
-    batches: u32,
-    padding_number: u32,
-}
 
 @group(0) @binding(6) var<uniform> params: DirectParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;

@@ -8,26 +8,13 @@
 // Connections shorter than `near_radius` are weighted down to 1/near_radius²; `view_near` adds what
 // they lack (Kollig and Keller 2004), so the sum is unbiased and bounded.
 
-import package::shared::receiver::{Receiver, VirtualLight};
+import package::generated::{FRAC_1_PI, GatherParams, MOST_VISIBILITY_RAYS, Receiver, VirtualLight};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{straight_transmittance};
 import package::shared::counters::{count_finished};
 
-struct GatherParams {
-    seed: u32,
-    sensors: u32,
-    bins: u32,
-    // Lights per bin and batch.
-    lights: u32,
-    batches: u32,
-    near_radius: f32,
-    padding_number: u32,
-    padding: u32,
-}
-
 // Rays per sensor, bin and batch.
 override RAYS: u32 = 8u;
-const MOST_RAYS: u32 = 32u;
 
 @group(0) @binding(6) var<uniform> params: GatherParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
@@ -73,7 +60,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let step = unobstructed / f32(RAYS);
     let seed = hash_combine(hash_combine(hash_combine(params.seed, batch), bin), sensor.number);
     var threshold = step * unit_f32(seed);
-    var chosen: array<u32, MOST_RAYS>;
+    var chosen: array<u32, MOST_VISIBILITY_RAYS>;
     var found = 0u;
     var sum = 0.0;
     var last = first;
@@ -112,7 +99,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         arrived += passed * light.flux / light.strength;
     }
     let cell = ((batch * params.bins + bin) * params.sensors + sensor_index) * 5u;
-    let weight = step * 0.3183098861837907;
+    let weight = step * FRAC_1_PI;
     let total = arrived * weight;
     sums[cell] += total.x;
     sums[cell + 1u] += total.y;

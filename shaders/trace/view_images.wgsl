@@ -4,54 +4,15 @@
 // mirror would see through it. So the windows are sampled from that image, and each ray is followed
 // from the sensor by the mirror to the window, through panes. `view_near` leaves these paths out.
 
+import package::generated::{FAR_AWAY, ImageLight, ImageParams, ImageView, MATERIAL_GLASS, MISSED, WORKGROUPS_PER_ROW};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{materials, smooth_specular, largest, MATERIAL_GLASS};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
+import package::shared::material::{materials, smooth_specular, largest};
 import package::shared::window::{windows, window_triangles, window_bin, sample_windows, straight_transmittance};
 import package::shared::counters::{counters, count_finished};
 
-struct ImageView {
-    // Image of the sensor.
-    eye: vec3<f32>,
-    // Of the sensor: chooses the random numbers.
-    number: u32,
-    // The image's, unit length.
-    normal: vec3<f32>,
-    // Number of the mirror's plane.
-    plane: u32,
-    // Of the sensor itself, and where its rays start.
-    position: vec3<f32>,
-    // Distance of the image from the plane.
-    depth: f32,
-    // Unit normal of the plane, towards the sensor.
-    mirror: vec3<f32>,
-    // Batch that it belongs to.
-    batch: u32,
-    // Of the mirror.
-    material: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
-}
-
-struct ImageParams {
-    seed: u32,
-    views: u32,
-    samples: u32,
-    window_count: u32,
-}
-
-// What arrives by one sample, sr, and in which bin; if that is MISSED, nothing did, and it is what might have.
-struct ImageLight {
-    light: vec3<f32>,
-    bin: u32,
-}
-
-const MISSED: u32 = 0xffffffffu;
 // Panes on the way to a mirror, at most.
 const MOST_MET: u32 = 32u;
-// Workgroups along x; devices allow 65535 along each axis.
-const WORKGROUPS_PER_ROW: u32 = 16384u;
 
 @group(0) @binding(6) var<uniform> params: ImageParams;
 @group(0) @binding(7) var<storage, read> views: array<ImageView>;

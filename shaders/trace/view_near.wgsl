@@ -3,34 +3,12 @@
 // weighted by what `view_gather` leaves out. Windows seen by one reflection in a plane may be left to
 // `view_images`.
 
-import package::shared::receiver::{Receiver};
+import package::generated::{FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_ABSORBER, MATERIAL_GLASS, MOST_PATH_SEGMENTS, NearParams, PI, Receiver, WORKGROUPS_PER_ROW};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
-import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE, FAR_AWAY};
-import package::shared::material::{Material, materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, MATERIAL_GLASS, MATERIAL_ABSORBER};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
+import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::window::{windows, window_bin, sample_windows, straight_transmittance};
 import package::shared::counters::{counters, count_finished};
-
-struct NearParams {
-    seed: u32,
-    sensors: u32,
-    samples: u32,
-    bins: u32,
-    window_count: u32,
-    unit: f32,
-    batches: u32,
-    // Most diffuse reflections of a path.
-    most_bounces: u32,
-    near_radius: f32,
-    roulette_weight: f32,
-    // Whether images of the windows in plane mirrors are left out.
-    images: u32,
-    // Receivers from one batch to the next; 0 if all batches share them.
-    batch_stride: u32,
-}
-
-const MOST_SEGMENTS: u32 = 256u;
-// Workgroups along x; devices allow 65535 along each axis.
-const WORKGROUPS_PER_ROW: u32 = 16384u;
 
 @group(0) @binding(6) var<uniform> params: NearParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
@@ -39,8 +17,6 @@ const WORKGROUPS_PER_ROW: u32 = 16384u;
 // [batch][sensor]: rays that left a reflection by which a window may be seen, how many saw one, and the
 // sum of their weights in `LOOK_UNITS`: what is known if few or none did.
 @group(0) @binding(9) var<storage, read_write> looks: array<atomic<u32>>;
-
-const LOOK_UNITS: f32 = 256.0;
 
 // `dither`, random in [0, 1), rounds up or down so that what is less than a unit is kept in the mean:
 // light of small and distant windows.
@@ -69,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var position = sensor.position;
     var direction = cosine_direction(sensor.normal, sample_pair(index, 0u, seed));
     // Irradiance: every cosine-distributed path stands for π sr.
-    var weight = vec3<f32>(3.141592653589793);
+    var weight = vec3<f32>(PI);
     var bounces = 0u;
     // Before the first scattering, straight panes aside.
     var first = true;
@@ -79,8 +55,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var travelled = 0.0;
     var ended = false;
     var segment = 0u;
-    for (; segment < MOST_SEGMENTS; segment++) {
-        let dither = unit_f32(hash_combine(seed + 1u, index * MOST_SEGMENTS + segment));
+    for (; segment < MOST_PATH_SEGMENTS; segment++) {
+        let dither = unit_f32(hash_combine(seed + 1u, index * MOST_PATH_SEGMENTS + segment));
         if specular_before && !imaged {
             atomicAdd(&looks[row * 3u], 1u);
             atomicAdd(&looks[row * 3u + 2u], u32(largest(weight) * LOOK_UNITS + 0.5));
@@ -133,7 +109,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let cosine = dot(to_window.direction, side);
             if to_window.weight > 0.0 && cosine > 0.0 {
                 let passed = straight_transmittance(position, to_window.direction, to_window.distance * 0.99999);
-                let share = passed * weight * (cosine * to_window.weight * 0.3183098861837907);
+                let share = passed * weight * (cosine * to_window.weight * FRAC_1_PI);
                 deposit(row, window_bin(windows[to_window.window], -to_window.direction), share, dither);
             }
             direction = cosine_direction(side, slope);
@@ -153,5 +129,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     atomicAdd(&counters.segments, segment + 1u);
-    count_finished(ended || segment == MOST_SEGMENTS);
+    count_finished(ended || segment == MOST_PATH_SEGMENTS);
 }

@@ -7,6 +7,7 @@
 //! What cannot be found: a device that is turned around as a whole, or whose matrices are all
 //! transposed, is still reciprocal and conserves energy.
 
+use super::evaluate::MOST_SHARE;
 use super::resample::to_klems;
 use super::{Block, Blocks, Bsdf, Component, KlemsMatrix, projected_solid_angles, transmission_source};
 use crate::bins::{AngleBasis, KlemsBasis};
@@ -38,9 +39,8 @@ pub struct Finding {
 
 /// Negative flux of an incident bin that is more than rounding.
 const NEGATIVE_FLUX: f64 = 1e-4;
-/// Transmittance + reflectance of an incident bin above which energy is made up; Radiance warns
-/// at the same value.
-const ENERGY_FAULT: f64 = 1.01;
+/// Transmittance + reflectance of an incident bin above which energy is made up.
+const ENERGY_FAULT: f64 = MOST_SHARE;
 const ENERGY_NOTE: f64 = 1.001;
 /// Mean absolute difference between a matrix and its reverse, relative to their mean. Traced
 /// files of ordinary quality reach 3 %, text files of few digits 0.1 %.

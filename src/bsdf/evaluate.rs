@@ -30,7 +30,7 @@ pub const LEAST_LAMBERTIAN: f64 = 0.01 / PI;
 pub const LARGEST_LAMBERTIAN: f64 = 1.5 / PI;
 
 /// Share of light that leaves a pane above which energy is made up; Radiance warns at the same.
-const MOST_SHARE: f64 = 1.01;
+pub(super) const MOST_SHARE: f64 = 1.01;
 
 /// Share above which values are no scattering values at all.
 const ABSURD_SHARE: f64 = 1000.0;

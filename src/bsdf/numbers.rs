@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 
 /// Longest run of characters taken for one number.
-const WORD_LIMIT: usize = 64;
+pub(super) const WORD_LIMIT: usize = 64;
 
 /// Collects numbers separated by blanks, commas or semicolons from pieces of text.
 ///

@@ -8,6 +8,7 @@
 //! Text: a group `{…}` is either 2^rank groups, in which bit i of the position selects the upper
 //! half of dimension i, or a grid of (2^k)^rank numbers, in which the last dimension runs fastest.
 
+use super::numbers::WORD_LIMIT;
 use crate::bins::shirley_chiu::square_from_disk;
 use crate::error::{Error, Result};
 use glam::DVec3;
@@ -17,8 +18,6 @@ use std::f64::consts::PI;
 const DEPTH_LIMIT: usize = 16;
 /// Most numbers read: 512 MiB of them, a full rank 4 grid of 2^6 per side eight times over.
 const VALUE_LIMIT: usize = 1 << 27;
-/// Longest run of characters taken for one number.
-const WORD_LIMIT: usize = 64;
 /// Keeps normal incidence in the lower half of dimension 0 of rank 3, as Radiance does.
 const RANK3_OFFSET: f64 = 1e-6;
 

@@ -2,6 +2,7 @@
 
 use lucarne::image::falsecolor::{Contours, FalseColor};
 use lucarne::image::{self, Picture, palette::Palette};
+use lucarne::units::LUMINOUS_EFFICACY;
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -31,7 +32,7 @@ pub struct Args {
     #[arg(long, value_name = "DECADES")]
     log: Option<f64>,
     /// Factor from radiance to the numbers of the legend.
-    #[arg(short = 'm', long, default_value_t = 179.0)]
+    #[arg(short = 'm', long, default_value_t = LUMINOUS_EFFICACY)]
     multiplier: f64,
     /// Text above the legend.
     #[arg(short = 'l', long, default_value = "cd/m²")]

@@ -8,6 +8,7 @@ use lucarne::glare::{
     self, Analyser, Background, Convention, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, TaskArea, Threshold,
 };
 use lucarne::image::{self, Picture, exr};
+use lucarne::units::SUN_DIAMETER_DEG;
 use lucarne::{Error, Result, Warnings};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -44,7 +45,7 @@ pub struct Args {
     #[arg(short = 'y', conflicts_with = "no_peaks")]
     peaks: bool,
     /// Luminance from which pixels form sources of their own, cd/m².
-    #[arg(short = 'Y', value_name = "LUMINANCE", default_value_t = 50_000.0)]
+    #[arg(short = 'Y', value_name = "LUMINANCE", default_value_t = glare::PEAK_LIMIT)]
     peak_limit: f64,
     /// Do not extract peaks.
     #[arg(short = 'x')]
@@ -92,9 +93,9 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Positions::Evalglare)]
     positions: Positions,
     /// Spread pixels from the peak limit on by a Gaussian of this full width at half maximum,
-    /// degrees, before the analysis, as a camera or the eye does.
-    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "0.533", require_equals = true)]
-    peak_veil: Option<f64>,
+    /// degrees (without a number, of the sun: 0.533), before the analysis, as a camera or the eye does.
+    #[arg(long, value_name = "DEGREES", num_args = 0..=1, require_equals = true)]
+    peak_veil: Option<Option<f64>>,
     #[command(flatten)]
     view: ViewOptions,
 }
@@ -280,6 +281,7 @@ fn analyse(job: &Job, args: &Args, settings: &Settings, views: &Views, warnings:
     let mut luminance = glare::detect::luminance(&picture.pixels, picture.width, &mut faults);
     faults.iter().for_each(|w| warnings.push(w.clone().file(job.name())));
     if let Some(width) = args.peak_veil {
+        let width = width.unwrap_or(SUN_DIAMETER_DEG);
         glare::veil::spread_peaks(&mut luminance, analyser.geometry(), args.peak_limit, width)?;
     }
     let glare = analyser.analyse(&luminance, args.illuminance)?;

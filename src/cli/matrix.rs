@@ -8,7 +8,7 @@ use lucarne::bins::ReinhartSky;
 use lucarne::gpu::Device;
 use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
 use lucarne::kernels::image_matrix::ImageOptions;
-use lucarne::kernels::trace::{TracedMatrix, WindowSurfaces};
+use lucarne::kernels::trace::{ROULETTE_WEIGHT, TracedMatrix, WindowSurfaces};
 use lucarne::kernels::view_matrix::{self, ViewOptions};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
@@ -55,7 +55,7 @@ struct Common {
     bounces: Option<u32>,
 
     /// Weight below which Russian roulette ends paths
-    #[arg(long = "lw", value_name = "WEIGHT", default_value_t = 0.05)]
+    #[arg(long = "lw", value_name = "WEIGHT", default_value_t = ROULETTE_WEIGHT)]
     roulette_weight: f32,
 
     /// Seed of the random numbers

@@ -64,13 +64,17 @@ pub struct Settings {
     pub background: Background,
 }
 
+/// Luminance from which pixels form sources of their own, or are spread by a veil, unless a caller says
+/// otherwise, cd/m²: evalglare's.
+pub const PEAK_LIMIT: f64 = 50_000.0;
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
             threshold: Threshold::default(),
             task: None,
             search_radius: 0.2,
-            peak_limit: Some(50_000.0),
+            peak_limit: Some(PEAK_LIMIT),
             field_of_view: FieldOfView::Whole,
             position_index: PositionIndex::Guth,
             convention: Convention::Evalglare,

@@ -1,6 +1,6 @@
 //! Learns at run time what a driver does not tell.
 
-use super::{Device, Kernel};
+use super::{Device, Kernel, Shader};
 use crate::error::Result;
 
 crate::gpu_struct! {
@@ -10,6 +10,9 @@ crate::gpu_struct! {
         pub iterations: u32,
     }
 }
+
+/// Counts its iterations.
+pub(super) const LOOP_LIMIT: Shader = Shader::new("diagnostic/loop_limit", &[&[LoopLimitParams::DECLARED]]);
 
 /// Iterations the probe asks for: well beyond any limit a kernel could meet by accident.
 const PROBED: u32 = 1 << 20;
@@ -31,7 +34,7 @@ impl Device {
     }
 
     fn iterations_done(&self, iterations: u32) -> Result<u32> {
-        let kernel = Kernel::new(self, "diagnostic/loop_limit", &[], &[])?;
+        let kernel = Kernel::new(self, &LOOP_LIMIT, &[])?;
         let params = self.uniform("loop limit parameters", &LoopLimitParams { iterations })?;
         let counted = self.upload("loop limit count", &[u32::MAX; 2])?;
         let group = kernel.bind(&[("params", &params), ("counted", &counted)])?;

@@ -2,12 +2,13 @@
 
 use super::buffer::Buffer;
 use super::device::{Device, Inner};
-use super::link::{Linked, link_with};
+use super::link::{Linked, link};
+use super::shader::Shader;
 use crate::error::{Error, Result};
 use std::fmt;
 use std::sync::{Arc, PoisonError, Weak};
 
-/// A compiled compute shader. Cheap to clone; one per (shader, features, constants) and device.
+/// A compiled compute shader. Cheap to clone; one per (shader, constants) and device.
 #[derive(Clone)]
 pub struct Kernel(Arc<KernelInner>);
 
@@ -42,42 +43,28 @@ pub struct BindGroup {
 }
 
 impl Kernel {
-    /// The kernel in `shaders/<path>.wgsl` with these `@if` features on and these values of its
-    /// `override` constants (booleans as 0 and 1). Compiled once per device and variant.
+    /// The kernel of a shader with these values of its `override` constants (booleans as 0 and 1).
+    /// Compiled once per device and values.
     ///
     /// # Errors
     /// Any fault in the shader, with file and line; unknown constants; refusal by the driver.
-    pub fn new(device: &Device, path: &str, features: &[&str], constants: &[(&str, f64)]) -> Result<Self> {
-        Self::with_generated(device, path, features, constants, &[])
-    }
-
-    /// As [`new`](Self::new), with texts that only the host knows (see [`link_with`]).
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn with_generated(
-        device: &Device,
-        path: &str,
-        features: &[&str],
-        constants: &[(&str, f64)],
-        generated: &[(&str, &str)],
-    ) -> Result<Self> {
+    pub fn new(device: &Device, shader: &Shader, constants: &[(&str, f64)]) -> Result<Self> {
         #[cfg(test)]
-        if let Some(mutant) = super::mutation::linked(path, features, generated)? {
-            return Self::compile(device, &mutant, &label(path, features), constants);
+        if let Some(mutant) = super::mutation::linked(shader)? {
+            return Self::compile(device, &mutant, constants);
         }
-        let key = format!("{path} {features:?} {constants:?} {generated:?}");
+        let key = format!("{shader:?} {constants:?}");
         if let Some(kernel) = device.0.kernels.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
             return Ok(kernel.clone());
         }
-        let linked = link_with(path, features, generated)?;
-        let kernel = Self::compile(device, &linked, &label(path, features), constants)?;
+        let kernel = Self::compile(device, &link(shader)?, constants)?;
         device.0.kernels.lock().unwrap_or_else(PoisonError::into_inner).insert(key, kernel.clone());
         Ok(kernel)
     }
 
-    fn compile(device: &Device, linked: &Linked, label: &str, constants: &[(&str, f64)]) -> Result<Self> {
-        let named = |e: Error| e.file(format!("shaders/{}.wgsl", linked.path()));
+    fn compile(device: &Device, linked: &Linked, constants: &[(&str, f64)]) -> Result<Self> {
+        let label = linked.path();
+        let named = |e: Error| e.file(format!("shaders/{label}.wgsl"));
         let (module, _) = linked.validate()?;
         let [entry] = module.entry_points.as_slice() else {
             return Err(named(Error::new(format!("a kernel has one entry point, this one has {}", module.entry_points.len()))));
@@ -113,7 +100,7 @@ impl Kernel {
             .map_err(named)
     }
 
-    /// Name with its features, as it appears in messages and GPU debuggers.
+    /// Path of its shader, as it appears in messages and GPU debuggers.
     pub fn label(&self) -> &str {
         &self.0.label
     }
@@ -168,10 +155,6 @@ impl Kernel {
         let raw = device.guarded(&format!("bindings of kernel '{}'", inner.label), || device.raw().create_bind_group(&descriptor))?;
         Ok(BindGroup { raw, kernel: inner.label.clone() })
     }
-}
-
-fn label(path: &str, features: &[&str]) -> String {
-    if features.is_empty() { path.to_string() } else { format!("{path}[{}]", features.join(",")) }
 }
 
 /// Compiles WGSL without naga's loop counters: they would only turn an endless loop into a wrong
@@ -349,7 +332,7 @@ mod tests {
     use super::*;
 
     const DOUBLE: &str = "
-        struct Params { count: u32, factor: f32 }
+        import package::generated::Params;
         override WIDTH: u32 = 64;
         @group(0) @binding(0) var<uniform> params: Params;
         @group(0) @binding(3) var<storage, read> source: array<f32>;
@@ -367,8 +350,10 @@ mod tests {
         }
     }
 
+    const SHADER: Shader = Shader::of_text("t/double", &[&[Params::DECLARED]], DOUBLE);
+
     fn double(device: &Device) -> Kernel {
-        Kernel::with_generated(device, "t/double", &[], &[("WIDTH", 32.0)], &[("t/double", DOUBLE)]).unwrap()
+        Kernel::new(device, &SHADER, &[("WIDTH", 32.0)]).unwrap()
     }
 
     #[test]
@@ -428,7 +413,8 @@ mod tests {
         let group = kernel.bind(&[("result", &b), ("params", &p), ("source", &b)]).unwrap();
         assert!(device.dispatch(&kernel, &group, [1, 1, 1]).is_err());
         let make = |constants: &[(&str, f64)], text: &str| {
-            Kernel::with_generated(&device, "t/x", &[], constants, &[("t/x", text)]).unwrap_err().to_string()
+            let shader = Shader::of_text("t/x", &[&[Params::DECLARED]], text.to_string().leak());
+            Kernel::new(&device, &shader, constants).unwrap_err().to_string()
         };
         assert!(make(&[("HEIGHT", 1.0)], DOUBLE).contains("no override constant 'HEIGHT'"));
         assert!(make(&[("WIDTH", 1e9)], DOUBLE).contains("t/x"));
@@ -441,7 +427,7 @@ mod tests {
     fn each_variant_is_compiled_once() {
         let Some(device) = Device::for_tests("kernel cache") else { return };
         assert!(Arc::ptr_eq(&double(&device).0, &double(&device).0));
-        let other = Kernel::with_generated(&device, "t/double", &[], &[("WIDTH", 64.0)], &[("t/double", DOUBLE)]).unwrap();
+        let other = Kernel::new(&device, &SHADER, &[("WIDTH", 64.0)]).unwrap();
         assert!(!Arc::ptr_eq(&double(&device).0, &other.0));
     }
 }

@@ -2,12 +2,12 @@
 //!
 //! `import package::shared::bvh::{intersect, Ray};` includes `shaders/shared/bvh.wgsl` whole, once,
 //! before the file that asks for it, and fails unless that file declares the named items. Names are
-//! global: naga reports clashes. `package::generated` (or any other path) may be given as text by
-//! the host, for tables and constants that live in Rust. Conditions: see [`super::conditional`].
+//! global: naga reports clashes. `package::generated` is made of what the shader's host declares in
+//! Rust: see [`Shader`].
 
-use super::conditional::{blank_comments, is_word, resolve, word_end};
-use super::sources;
+use super::shader::{GENERATED, Shader};
 use crate::error::{Error, Result};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 /// A linked shader: one WGSL text and the way back to its files.
@@ -73,30 +73,21 @@ impl Linked {
 }
 
 fn file_name(path: &str) -> String {
-    format!("shaders/{path}.wgsl")
+    if path == GENERATED { "package::generated (made from Rust)".to_string() } else { format!("shaders/{path}.wgsl") }
 }
 
-/// Links the shader at `path` (below `shaders/`, without `.wgsl`) with these features on.
+/// Links a shader.
 ///
 /// # Errors
-/// Unknown files, items or features, circular imports, malformed conditions; with file and line.
-pub fn link(path: &str, features: &[&str]) -> Result<Linked> {
-    link_with(path, features, &[])
+/// Unknown files or items, circular imports; with file and line.
+pub fn link(shader: &Shader) -> Result<Linked> {
+    link_from(shader.path(), &|path| shader.file(path))
 }
 
-/// As [`link`], with further texts by path that only the host knows, for instance
-/// `("generated", "const PATCHES = 146u;")` for `import package::generated::PATCHES;`.
-///
-/// # Errors
-/// As [`link`].
-pub fn link_with(path: &str, features: &[&str], generated: &[(&str, &str)]) -> Result<Linked> {
-    let mut linker = Linker { features, generated, known: BTreeSet::new(), done: Vec::new(), open: Vec::new(), parts: Vec::new() };
+/// Links the shader at `path` (below `shaders/`, without `.wgsl`) with the texts that `files` gives.
+pub(super) fn link_from(path: &str, files: &dyn Fn(&str) -> Option<Cow<'static, str>>) -> Result<Linked> {
+    let mut linker = Linker { source: files, done: Vec::new(), open: Vec::new(), parts: Vec::new() };
     linker.include(path)?;
-    if let Some(unknown) = features.iter().find(|f| !linker.known.contains(**f)) {
-        return Err(Error::new(format!("no condition in this shader or its imports uses the feature '{unknown}'"))
-            .file(file_name(path))
-            .help(format!("known features: {}", linker.known.iter().cloned().collect::<Vec<_>>().join(", "))));
-    }
     let mut text = String::new();
     let mut files = Vec::new();
     let mut line = 1;
@@ -112,9 +103,7 @@ pub fn link_with(path: &str, features: &[&str], generated: &[(&str, &str)]) -> R
 }
 
 struct Linker<'a> {
-    features: &'a [&'a str],
-    generated: &'a [(&'a str, &'a str)],
-    known: BTreeSet<String>,
+    source: &'a dyn Fn(&str) -> Option<Cow<'static, str>>,
     /// Included files with the names they declare.
     done: Vec<(String, BTreeSet<String>)>,
     open: Vec<String>,
@@ -135,19 +124,18 @@ impl Linker<'_> {
         if self.open.iter().any(|p| p == path) {
             return Err(Error::new(format!("circular import: {} → {path}", self.open.join(" → "))));
         }
-        let text = self.generated.iter().find(|(p, _)| *p == path).map(|(_, t)| *t).or_else(|| sources::source(path)).ok_or_else(|| {
+        let text = (self.source)(path).ok_or_else(|| {
             Error::new(format!("there is no shader 'shaders/{path}.wgsl'")).help("check the path, and the table in src/gpu/sources.rs")
         })?;
         self.open.push(path.to_string());
         let named = |e: Error| e.file(file_name(path));
-        let plain = resolve(&blank_comments(text), self.features, &mut self.known).map_err(named)?;
-        let (imports, plain) = take_imports(&plain).map_err(named)?;
+        let (imports, plain) = take_imports(&blank_comments(&text)).map_err(named)?;
         for import in imports {
             let place = |e: Error| e.file(file_name(path)).line(import.line);
             self.include(&import.path).map_err(place)?;
             let declared = self.done.iter().find(|(p, _)| *p == import.path).map(|(_, d)| d).expect("just included");
             if let Some(missing) = import.items.iter().find(|i| !declared.contains(*i)) {
-                return Err(place(Error::new(format!("'shaders/{}.wgsl' declares no '{missing}'", import.path))));
+                return Err(place(Error::new(format!("'{}' declares no '{missing}'", file_name(&import.path)))));
             }
         }
         self.open.pop();
@@ -155,6 +143,48 @@ impl Linker<'_> {
         self.parts.push((path.to_string(), plain));
         Ok(())
     }
+}
+
+/// Replaces comments by blanks; line ends stay, so positions keep their meaning.
+fn blank_comments(text: &str) -> String {
+    let mut out = text.as_bytes().to_vec();
+    let (mut i, mut depth, mut in_line) = (0, 0usize, false);
+    while i < out.len() {
+        let pair = [out[i], *out.get(i + 1).unwrap_or(&0)];
+        if out[i] == b'\n' {
+            in_line = false;
+        } else if !in_line && pair == *b"/*" {
+            depth += 1;
+            out[i] = b' ';
+            i += 1;
+            out[i] = b' ';
+        } else if !in_line && depth > 0 && pair == *b"*/" {
+            depth -= 1;
+            out[i] = b' ';
+            i += 1;
+            out[i] = b' ';
+        } else if depth == 0 && !in_line && pair == *b"//" {
+            in_line = true;
+            out[i] = b' ';
+        } else if in_line || depth > 0 {
+            out[i] = b' ';
+        }
+        i += 1;
+    }
+    // Only whole comments were replaced, byte by byte, by ASCII blanks.
+    String::from_utf8(out).expect("comments end at character boundaries")
+}
+
+fn is_word(b: u8) -> bool {
+    b.is_ascii_alphanumeric() || b == b'_'
+}
+
+/// Reads the word at a position: its end.
+fn word_end(bytes: &[u8], mut at: usize) -> usize {
+    while bytes.get(at).is_some_and(|b| is_word(*b)) {
+        at += 1;
+    }
+    at
 }
 
 /// Cuts the import statements out of a text (they become blanks).
@@ -255,6 +285,11 @@ fn declarations(text: &str) -> BTreeSet<String> {
 mod tests {
     use super::*;
 
+    /// Links `t/main` from these files.
+    fn link_texts(files: &[(&str, &str)]) -> Result<Linked> {
+        link_from("t/main", &|path| files.iter().find(|(p, _)| *p == path).map(|(_, t)| t.to_string().into()))
+    }
+
     const A: (&str, &str) = ("t/a", "struct Ray { origin: vec3<f32> }\nfn trace(ray: Ray) -> f32 { return ray.origin.x; }\n");
     const B: (&str, &str) =
         ("t/b", "import package::t::a::Ray;\nconst SCALE: f32 = 2.0;\nfn scaled(ray: Ray) -> f32 { return SCALE * ray.origin.y; }");
@@ -268,7 +303,7 @@ mod tests {
     #[test]
     fn imports_are_included_once_in_order_and_validate() {
         let text = main("import package::t::b::{scaled, SCALE};\nimport package::t::a::{Ray, trace};");
-        let linked = link_with("t/main", &[], &[A, B, ("t/main", &text)]).unwrap();
+        let linked = link_texts(&[A, B, ("t/main", &text)]).unwrap();
         assert_eq!(linked.text().matches("struct Ray").count(), 1);
         assert!(linked.text().find("struct Ray") < linked.text().find("fn scaled"));
         linked.validate().unwrap();
@@ -279,31 +314,36 @@ mod tests {
     fn errors_name_the_file_and_line_they_come_from() {
         let text = main("import package::t::a::{Ray, trace};\nimport package::t::b::scaled;");
         let broken = ("t/b", "import package::t::a::Ray;\n\nfn scaled(ray: Ray) -> f32 { return nonsense * ray.origin.y; }");
-        let error = link_with("t/main", &[], &[A, broken, ("t/main", &text)]).unwrap().validate().unwrap_err().to_string();
+        let error = link_texts(&[A, broken, ("t/main", &text)]).unwrap().validate().unwrap_err().to_string();
         assert!(error.starts_with("shaders/t/b.wgsl:3:") && error.contains("nonsense"), "{error}");
         // A type error is found by validation, not by the parser.
         let broken = ("t/b", "import package::t::a::Ray;\nfn scaled(ray: Ray) -> f32 {\n  let x = vec2<f32>(1.0);\n  return x;\n}");
-        let error = link_with("t/main", &[], &[A, broken, ("t/main", &text)]).unwrap().validate().unwrap_err().to_string();
+        let error = link_texts(&[A, broken, ("t/main", &text)]).unwrap().validate().unwrap_err().to_string();
         assert!(error.starts_with("shaders/t/b.wgsl:"), "{error}");
     }
 
     #[test]
-    fn unknown_files_items_features_and_circles_are_refused() {
-        let run = |text: &str, features: &[&str]| link_with("t/main", features, &[A, B, ("t/main", text)]).unwrap_err().to_string();
-        assert!(run("\nimport package::t::c::x;", &[]).contains("shaders/t/main.wgsl:2: there is no shader 'shaders/t/c.wgsl'"));
-        assert!(run("import package::t::a::{Ray, missing};", &[]).contains("declares no 'missing'"));
-        assert!(run("import t::a::Ray;", &[]).contains("not understood"));
-        assert!(run("import package::t::a;", &[]).contains("there is no shader 'shaders/t.wgsl'"));
-        assert!(run("import package::t::a::{};", &[]).contains("not understood"));
-        assert!(run("fn main() {}", &["ghost"]).contains("'ghost'"));
-        assert!(run("import package::t::main::main;\nfn main() {}", &[]).contains("circular"));
-        assert!(link("no/such", &[]).is_err());
+    fn unknown_files_items_and_circles_are_refused() {
+        let run = |text: &str| link_texts(&[A, B, ("t/main", text)]).unwrap_err().to_string();
+        assert!(run("\nimport package::t::c::x;").contains("shaders/t/main.wgsl:2: there is no shader 'shaders/t/c.wgsl'"));
+        assert!(run("import package::t::a::{Ray, missing};").contains("declares no 'missing'"));
+        assert!(run("import t::a::Ray;").contains("not understood"));
+        assert!(run("import package::t::a;").contains("there is no shader 'shaders/t.wgsl'"));
+        assert!(run("import package::t::a::{};").contains("not understood"));
+        assert!(run("import package::t::main::main;\nfn main() {}").contains("circular"));
+        assert!(run("import package::generated::x;").contains("there is no"));
+        assert!(link(&Shader::new("no/such", &[])).is_err());
+    }
+
+    #[test]
+    fn comments_nest_as_in_wgsl() {
+        assert_eq!(blank_comments("a /* b /* c */ d */ e // f\ng"), format!("a{}e     \ng", " ".repeat(19)));
+        assert_eq!(blank_comments("a // /* b\nc"), "a        \nc");
     }
 
     #[test]
     fn garbage_never_panics() {
-        let soup =
-            ["import", "package::", "@if(", "@else", "{", "}", "(", ")", ";", "fn f", "/*", "*/", "//", "\n", "é", "var<", "::", ","];
+        let soup = ["import", "package::", "{", "}", "(", ")", ";", "fn f", "/*", "*/", "//", "\n", "é", "var<", "::", ","];
         let mut state = 1u32;
         for _ in 0..2000 {
             let mut text = String::new();
@@ -311,7 +351,7 @@ mod tests {
                 state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 text.push_str(soup[(state >> 16) as usize % soup.len()]);
             }
-            if let Ok(linked) = link_with("t/main", &[], &[("t/main", &text)]) {
+            if let Ok(linked) = link_texts(&[("t/main", &text)]) {
                 let _ = linked.validate();
             }
         }

@@ -3,6 +3,9 @@
 use super::Device;
 use crate::error::{Error, Result};
 
+/// Memory that a computation may use unless its caller says otherwise, bytes.
+pub const DEFAULT_MEMORY: u64 = 1 << 30;
+
 /// Rows of work cut into equal chunks (the last may be shorter).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {

@@ -2,7 +2,7 @@
 //! plans, readback. Knows nothing of daylight.
 //!
 //! ```text
-//! shaders/**/*.wgsl ──sources──▶ link (imports, @if) ──▶ Kernel (naga reflection, pipeline)
+//! shaders/**/*.wgsl ──sources──▶ link (imports) ──▶ Kernel (naga reflection, pipeline)
 //!                                                          │ bind by name
 //! Device::open ──▶ upload / zeros ──▶ Buffer ──────────────┴──▶ dispatch / Batch ──▶ read
 //! ```
@@ -13,14 +13,13 @@
 
 mod buffer;
 mod canary;
-mod conditional;
 mod device;
 mod kernel;
-mod layout;
 mod link;
 mod memory;
 #[cfg(test)]
 pub(crate) mod mutation;
+mod shader;
 mod sources;
 
 #[doc(hidden)]
@@ -30,12 +29,14 @@ pub(crate) use buffer::check_finite;
 pub use buffer::{Buffer, Finite};
 pub use device::{AdapterSummary, Device, DeviceKind, NO_DEVICE_HELP, list};
 pub use kernel::{Batch, BindGroup, Kernel};
-pub use layout::{Field, GpuStruct, Registered, StructLayout};
-pub use link::{Linked, link, link_with};
-pub use memory::{Chunk, Plan};
+pub use link::{Linked, link};
+pub use memory::{Chunk, DEFAULT_MEMORY, Plan};
+pub use shader::{Declared, Member, Number, Shader};
+#[doc(hidden)]
+pub use shader::{Layout, wgsl_constant, wgsl_struct};
 pub use sources::{SOURCES, source};
 
-/// Kernels of this module, for the tests that link, validate and lay out every shader.
-pub fn registered() -> Vec<Registered> {
-    vec![Registered::new("diagnostic/loop_limit").with::<canary::LoopLimitParams>()]
+/// Shaders of this module, for the test that links and validates every shader.
+pub fn registered() -> Vec<Shader> {
+    vec![canary::LOOP_LIMIT]
 }

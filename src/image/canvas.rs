@@ -7,7 +7,7 @@ use crate::files;
 use std::path::Path;
 
 /// Largest canvas, pixels.
-const MAX_PIXELS: usize = 1 << 28;
+const MAX_PIXELS: usize = super::hdr::MAX_PIXELS;
 /// Lines of samples per row of pixels when filling polygons; within a line, coverage is exact.
 const SAMPLE_LINES: usize = 8;
 

@@ -1,15 +1,13 @@
 //! Carpet plots: a value for every hour of the year, months across and hours upwards.
 
 use super::drawing::{Anchor, Drawing};
-use super::font;
+use super::font::{self, TEXT_SIZE};
 use super::legend::{ClassList, ColorBar};
 use super::palette::{Color, GRID, INK, NO_DATA, Palette, Scale};
 use crate::error::{Error, Result};
 
 /// Size of a day across and of an hour upwards, pixels.
 const CELL: [f64; 2] = [2.0, 11.0];
-/// Size of text.
-const TEXT: f64 = 13.0;
 
 const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
 
@@ -112,15 +110,15 @@ impl Carpet<'_> {
         }
         let days = self.values.len() / steps;
         let (width, height) = (365.0 * CELL[0], 24.0 * CELL[1]);
-        let left = 18.0 + TEXT * 2.6;
-        let top = if self.title.is_empty() { 14.0 } else { 18.0 + TEXT * 1.7 };
+        let left = 18.0 + TEXT_SIZE * 2.6;
+        let top = if self.title.is_empty() { 14.0 } else { 18.0 + TEXT_SIZE * 1.7 };
         let legend = self.legend();
         let [legend_width, legend_height] = legend.size();
         let legend_left = left + width + 24.0;
-        let total_height = (top + height + TEXT * 2.2).max(top + legend_height + 12.0);
+        let total_height = (top + height + TEXT_SIZE * 2.2).max(top + legend_height + 12.0);
         let mut drawing = Drawing::new((legend_left + legend_width + 16.0).ceil(), total_height.ceil());
         if !self.title.is_empty() {
-            drawing.label(&*self.title, [left, 14.0 + TEXT * 0.5], TEXT * 1.2, INK, Anchor::Start);
+            drawing.label(&*self.title, [left, 14.0 + TEXT_SIZE * 0.5], TEXT_SIZE * 1.2, INK, Anchor::Start);
         }
         // Row 0 of the image is the last step of the day.
         let pixels = (0..steps).rev().flat_map(|step| (0..days).map(move |day| (day, step)));
@@ -140,7 +138,7 @@ impl Carpet<'_> {
             let long = hour % 6 == 0;
             ticks.push(vec![[left - if long { 5.0 } else { 3.0 }, y(f64::from(hour))], [left, y(f64::from(hour))]]);
             if long {
-                drawing.label(hour.to_string(), [left - 8.0, y(f64::from(hour))], TEXT, INK, Anchor::End);
+                drawing.label(hour.to_string(), [left - 8.0, y(f64::from(hour))], TEXT_SIZE, INK, Anchor::End);
             }
         }
         let mut grid = Vec::new();
@@ -151,7 +149,7 @@ impl Carpet<'_> {
             let mut start = 0.0;
             for (month, name) in MONTHS.iter().enumerate() {
                 let length = month_length(month, self.leap);
-                drawing.label(*name, [x(start + length / 2.0), bottom + TEXT * 1.1], TEXT, INK, Anchor::Middle);
+                drawing.label(*name, [x(start + length / 2.0), bottom + TEXT_SIZE * 1.1], TEXT_SIZE, INK, Anchor::Middle);
                 start += length;
                 if month < 11 {
                     ticks.push(vec![[x(start), bottom], [x(start), bottom + 5.0]]);
@@ -163,23 +161,35 @@ impl Carpet<'_> {
                 ticks.push(vec![[x(day), bottom], [x(day), bottom + 5.0]]);
                 if day < days as f64 {
                     let label = date(self.first_day + day as usize, self.leap);
-                    drawing.label(label, [x(day + 0.5), bottom + TEXT * 1.1], TEXT, INK, Anchor::Middle);
+                    drawing.label(label, [x(day + 0.5), bottom + TEXT_SIZE * 1.1], TEXT_SIZE, INK, Anchor::Middle);
                 }
             }
         }
         drawing.lines(grid, 0.4, GRID);
         drawing.lines(ticks, 1.0, INK);
         drawing.frame([left, top, width, height], 1.0, INK);
-        drawing.upward_label("hour of day", [left - 12.0 - font::width("24", TEXT) - TEXT * 0.6, top + height / 2.0], TEXT, INK);
+        drawing.upward_label(
+            "hour of day",
+            [left - 12.0 - font::width("24", TEXT_SIZE) - TEXT_SIZE * 0.6, top + height / 2.0],
+            TEXT_SIZE,
+            INK,
+        );
     }
 
     fn legend(&self) -> Legend {
-        let mut list = ClassList { classes: Vec::new(), title: String::new(), text_size: TEXT };
+        let mut list = ClassList { classes: Vec::new(), title: String::new(), text_size: TEXT_SIZE };
         let mut bar = None;
         match &self.coloring {
             Coloring::Continuous { palette, scale } => {
                 let ticks = scale.ticks(6);
-                bar = Some(ColorBar { palette: *palette, scale: *scale, ticks, title: self.label.clone(), steps: None, text_size: TEXT });
+                bar = Some(ColorBar {
+                    palette: *palette,
+                    scale: *scale,
+                    ticks,
+                    title: self.label.clone(),
+                    steps: None,
+                    text_size: TEXT_SIZE,
+                });
             }
             Coloring::Classes(classes) => {
                 list.title.clone_from(&self.label);
@@ -301,7 +311,7 @@ mod tests {
             .flat_map(|y| (60..780).map(move |x| (x, y)))
             .filter(|&(x, y)| canvas.get(x, y) == [255; 3] && canvas.get(x - 3, y) == [0; 3])
             .collect();
-        let (left, top) = (18.0 + TEXT * 2.6, 18.0 + TEXT * 1.7);
+        let (left, top) = (18.0 + TEXT_SIZE * 2.6, 18.0 + TEXT_SIZE * 1.7);
         assert!(!white.is_empty());
         for (x, y) in white {
             assert!(((x as f64 + 0.5 - left) / 2.0 - 100.5).abs() <= 1.0, "{x} {y}");

@@ -8,6 +8,8 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
+/// Size of the text of charts, pixels.
+pub(super) const TEXT_SIZE: f64 = 13.0;
 /// Height of capitals in font units.
 const CAP_HEIGHT: f64 = 7.0;
 /// Height of capitals by size of text, as in common sans-serif faces.

@@ -4,15 +4,13 @@
 //! counter-clockwise from the right. For BSDFs, skies and position indices.
 
 use super::drawing::{Anchor, Drawing, Text, arc};
-use super::font;
+use super::font::{self, TEXT_SIZE};
 use super::legend::ColorBar;
 use super::palette::{Color, GRID, INK, NO_DATA, Palette, Scale, WHITE};
 use crate::error::{Error, Result};
 
 /// Radius of a disc, pixels.
 const RADIUS: f64 = 130.0;
-/// Size of text.
-const TEXT: f64 = 13.0;
 /// Samples across a disc that shows a function.
 const SAMPLES: usize = 520;
 
@@ -72,25 +70,25 @@ impl HemispherePlot<'_> {
         }
         let columns = self.columns.min(self.hemispheres.len());
         let rows = self.hemispheres.len().div_ceil(columns);
-        let rim = TEXT * 2.0;
-        let cell = [2.0 * (RADIUS + rim) + 12.0, 2.0 * (RADIUS + rim) + TEXT * 1.8];
-        let top = if self.title.is_empty() { 10.0 } else { 14.0 + TEXT * 2.0 };
+        let rim = TEXT_SIZE * 2.0;
+        let cell = [2.0 * (RADIUS + rim) + 12.0, 2.0 * (RADIUS + rim) + TEXT_SIZE * 1.8];
+        let top = if self.title.is_empty() { 10.0 } else { 14.0 + TEXT_SIZE * 2.0 };
         let bar = ColorBar {
             palette: self.palette,
             scale: self.scale,
             ticks: self.scale.ticks(8),
             title: self.label.clone(),
             steps: None,
-            text_size: TEXT,
+            text_size: TEXT_SIZE,
         };
         let bar_size = [18.0, 2.0 * RADIUS - bar.above()];
         let [legend_width, _] = bar.size(bar_size);
         let left = 12.0;
         let legend_left = left + cell[0] * columns as f64 + 6.0;
-        let width = (legend_left + legend_width).max(left + font::width(&self.title, TEXT * 1.2)) + 14.0;
+        let width = (legend_left + legend_width).max(left + font::width(&self.title, TEXT_SIZE * 1.2)) + 14.0;
         let mut drawing = Drawing::new(width.ceil(), (top + cell[1] * rows as f64 + 6.0).ceil());
         if !self.title.is_empty() {
-            drawing.label(&*self.title, [left + 6.0, 10.0 + TEXT], TEXT * 1.2, INK, Anchor::Start);
+            drawing.label(&*self.title, [left + 6.0, 10.0 + TEXT_SIZE], TEXT_SIZE * 1.2, INK, Anchor::Start);
         }
         for (i, hemisphere) in self.hemispheres.iter().enumerate() {
             let (column, row) = (i % columns, i / columns);
@@ -140,11 +138,11 @@ impl HemispherePlot<'_> {
             } else {
                 Anchor::Middle
             };
-            drawing.label(format!("{phi}°"), [px + dx * 5.0, py + dy * 9.0], TEXT * 0.85, INK, anchor);
+            drawing.label(format!("{phi}°"), [px + dx * 5.0, py + dy * 9.0], TEXT_SIZE * 0.85, INK, anchor);
         }
         for theta in [30.0, 60.0] {
             let [px, py] = place(theta, 67.5, center);
-            let size = TEXT * 0.8;
+            let size = TEXT_SIZE * 0.8;
             drawing.text(Text {
                 text: format!("{theta}°"),
                 place: [px, py],
@@ -161,7 +159,7 @@ impl HemispherePlot<'_> {
             drawing.circle(at, 5.0, 3.5, WHITE);
             drawing.circle(at, 5.0, 1.5, INK);
         }
-        drawing.label(&*hemisphere.title, [x, y + RADIUS + TEXT * 2.4], TEXT, INK, Anchor::Middle);
+        drawing.label(&*hemisphere.title, [x, y + RADIUS + TEXT_SIZE * 2.4], TEXT_SIZE, INK, Anchor::Middle);
     }
 }
 
@@ -212,7 +210,7 @@ mod tests {
             }));
         }
         let drawings = [plot(Content::Patches(patches)), plot(Content::Function(&bright))].map(|p| p.draw().unwrap().canvas(1.0).unwrap());
-        let center = [12.0 + RADIUS + TEXT * 2.0 + 6.0, 10.0 + RADIUS + TEXT * 2.0];
+        let center = [12.0 + RADIUS + TEXT_SIZE * 2.0 + 6.0, 10.0 + RADIUS + TEXT_SIZE * 2.0];
         let mut checked = 0;
         for theta in [7.0, 25.0, 36.0, 50.0, 80.0] {
             for phi in (0..360).step_by(20).map(|p| f64::from(p) + 11.0) {

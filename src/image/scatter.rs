@@ -1,15 +1,13 @@
 //! Points in the plane with logarithmic axes, in series, with a line for their front.
 
 use super::drawing::{Anchor, Drawing, Text};
-use super::font;
+use super::font::{self, TEXT_SIZE};
 use super::legend::ClassList;
 use super::palette::{Color, GRID, INK};
 use crate::error::{Error, Result};
 
 /// Size of a panel's area, pixels.
 const AREA: [f64; 2] = [380.0, 300.0];
-/// Size of text.
-const TEXT: f64 = 13.0;
 /// Room left of a panel for its ticks and label, and below it.
 const MARGIN: [f64; 2] = [72.0, 52.0];
 
@@ -96,7 +94,7 @@ impl Scatter {
     /// # Errors
     /// Without points, or with values that are not above 0.
     pub fn draw(&self) -> Result<Drawing> {
-        let legend = ClassList { classes: self.series.clone(), title: String::new(), text_size: TEXT };
+        let legend = ClassList { classes: self.series.clone(), title: String::new(), text_size: TEXT_SIZE };
         let panel_width = MARGIN[0] + AREA[0] + 16.0;
         let legend_left = panel_width * self.panels.len() as f64 + 8.0;
         let mut drawing = Drawing::new((legend_left + legend.size()[0] + 16.0).ceil(), 44.0 + AREA[1] + MARGIN[1]);
@@ -113,20 +111,20 @@ impl Scatter {
         let share = |v: f64, [low, high]: [f64; 2]| (v / low).ln() / (high / low).ln();
         let place = |[x, y]: [f64; 2]| [left + AREA[0] * share(x, across), top + AREA[1] * (1.0 - share(y, up))];
         let bottom = top + AREA[1];
-        drawing.label(&*panel.title, [left, top - 20.0], TEXT * 1.15, INK, Anchor::Start);
+        drawing.label(&*panel.title, [left, top - 20.0], TEXT_SIZE * 1.15, INK, Anchor::Start);
         for t in ticks(across) {
             let x = place([t, up[0]])[0];
             drawing.line([x, top], [x, bottom], 1.0, GRID);
-            drawing.label(number(t), [x, bottom + TEXT], TEXT, INK, Anchor::Middle);
+            drawing.label(number(t), [x, bottom + TEXT_SIZE], TEXT_SIZE, INK, Anchor::Middle);
         }
         for t in ticks(up) {
             let y = place([across[0], t])[1];
             drawing.line([left, y], [left + AREA[0], y], 1.0, GRID);
-            drawing.label(number(t), [left - 8.0, y], TEXT, INK, Anchor::End);
+            drawing.label(number(t), [left - 8.0, y], TEXT_SIZE, INK, Anchor::End);
         }
         drawing.frame([left, top, AREA[0], AREA[1]], 1.2, INK);
-        drawing.label(&*panel.axes[0], [left + AREA[0] / 2.0, bottom + TEXT * 2.7], TEXT, INK, Anchor::Middle);
-        drawing.upward_label(&*panel.axes[1], [left - MARGIN[0] + TEXT, top + AREA[1] / 2.0], TEXT, INK);
+        drawing.label(&*panel.axes[0], [left + AREA[0] / 2.0, bottom + TEXT_SIZE * 2.7], TEXT_SIZE, INK, Anchor::Middle);
+        drawing.upward_label(&*panel.axes[1], [left - MARGIN[0] + TEXT_SIZE, top + AREA[1] / 2.0], TEXT_SIZE, INK);
         if let Some(limit) = panel.limit {
             let y = place([across[0], limit])[1];
             let dashes = (0..48).map(|i| f64::from(i) * AREA[0] / 48.0);
@@ -154,7 +152,7 @@ impl Scatter {
 
     /// Labels to the right of their points, to the left or above and below where that is taken.
     fn labels(&self, drawing: &mut Drawing, panel: &Panel, place: &dyn Fn([f64; 2]) -> [f64; 2], [left, top]: [f64; 2]) {
-        let size = TEXT * 0.85;
+        let size = TEXT_SIZE * 0.85;
         let mut taken: Vec<[f64; 4]> =
             panel.points.iter().map(|p| place(p.at)).map(|[x, y]| [x - 8.0, y - 5.0, x + 8.0, y + 5.0]).collect();
         for point in panel.points.iter().filter(|p| !p.label.is_empty()) {

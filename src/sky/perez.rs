@@ -2,11 +2,8 @@
 //! 44(5):271-289) and the distribution of luminance over the sky (Perez et al. 1993, Solar Energy
 //! 50(3):235-245 with its erratum), with the limits that gendaymtx puts on their inputs.
 
+use crate::units::{SOLAR_CONSTANT, SOLAR_CONSTANT_LUX};
 use std::f64::consts::{FRAC_PI_2, TAU};
-
-/// Extraterrestrial normal irradiance, W/m², and illuminance, lx.
-const SOLAR_CONSTANT: f64 = 1367.0;
-const SOLAR_CONSTANT_LUX: f64 = 127_500.0;
 
 /// Lower limits of the eight categories of sky clearness ε (1990, table 1).
 const CLEARNESS_CATEGORIES: [f64; 8] = [1.0, 1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2];

@@ -13,7 +13,7 @@ pub(super) struct Period {
 }
 
 /// Slack for hours written with two or three decimals (five minutes are 0.0833 h).
-const SLACK_HOURS: f64 = 0.011;
+pub(super) const SLACK_HOURS: f64 = 0.011;
 
 /// Hours from one record to the next; `None` if the next is neither on the same nor on the
 /// following day. The 28 February may be followed by the 29th or by March, December by January.

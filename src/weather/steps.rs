@@ -3,12 +3,10 @@
 //! Results are numbered by the hour of the year, 0 for the first of January from 0 to 1 o'clock, whatever
 //! part of the year a file holds. A step shorter than an hour is told by its minute too.
 
+use super::series::SLACK_HOURS;
 use super::{Record, Weather};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
-
-/// Slack for times written with two decimals, hours.
-const SLACK: f64 = 0.011;
 
 /// Where in the year a step begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,13 +47,13 @@ fn length(records: &[Record]) -> (f64, bool) {
     let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
     for pair in records.windows(2) {
         let distance = pair[1].hour - pair[0].hour;
-        if (pair[0].month, pair[0].day) == (pair[1].month, pair[1].day) && distance > 1e-6 && distance < 1.0 - SLACK {
+        if (pair[0].month, pair[0].day) == (pair[1].month, pair[1].day) && distance > 1e-6 && distance < 1.0 - SLACK_HOURS {
             // A minute is the finest that weather files have.
             *counts.entry((distance * 60.0).round().max(1.0) as u64).or_default() += 1;
         }
     }
     let within =
-        |pair: &&[Record]| (pair[0].month, pair[0].day) == (pair[1].month, pair[1].day) && pair[1].hour - pair[0].hour < 1.0 + SLACK;
+        |pair: &&[Record]| (pair[0].month, pair[0].day) == (pair[1].month, pair[1].day) && pair[1].hour - pair[0].hour < 1.0 + SLACK_HOURS;
     let pairs = records.windows(2).filter(within).count();
     match counts.iter().max_by_key(|(_, count)| **count) {
         // One pair of near times among whole hours is a slip, not a step.
@@ -66,7 +64,7 @@ fn length(records: &[Record]) -> (f64, bool) {
 }
 
 fn place(record: &Record, length: f64, ends: bool) -> Place {
-    let slack = SLACK.min(length / 4.0);
+    let slack = SLACK_HOURS.min(length / 4.0);
     let begin = if ends { record.hour - length } else { record.hour };
     let number = ((begin + slack) / length).floor().max(0.0);
     let minutes = (usize::from(record.day_of_year) - 1) * 24 * 60 + (number * length * 60.0).round() as usize;

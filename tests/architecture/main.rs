@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+mod faults;
 mod imports;
 #[path = "../../src/testing.rs"]
 mod testing;

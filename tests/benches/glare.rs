@@ -255,5 +255,17 @@ fn peer(
         newest / (own_cpu / count)
     );
     println!("DGP of the {SAMPLES} hours: RMSE {:.5}, largest difference {worst:.5}", (squares / n).sqrt());
+    if side == 400 && room.folder.ends_with("tutorial_room") {
+        let (multiply, judge, own) = (multiply_cpu / n, judge_cpu / n, own_cpu / count);
+        let short = record::short;
+        record::measured("glare-hours", &format!("{count}"), "");
+        record::measured("glare-radiance-hour", &format!("{} s + {} s", short(multiply), short(judge)), "");
+        record::measured("glare-radiance-year", &format!("{:.0} s", (multiply + judge) * count), "");
+        record::measured("glare-lucarne-hour", &format!("{own:.5} s"), "");
+        record::measured("glare-lucarne-year", &format!("{} s", short(own_cpu)), "");
+        record::measured("glare-ratio", &short((multiply + judge) / own), "");
+        record::measured("glare-ratio-newest", &short(newest / own), "");
+        record::measured("glare-dgp", &short((squares / n).sqrt()), "");
+    }
     Ok(())
 }

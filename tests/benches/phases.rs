@@ -95,6 +95,12 @@ fn time_at(curve: &[(f64, f64)], error: f64) -> Option<f64> {
     Some((t0.ln() + (error.ln() - e0.ln()) / slope).exp())
 }
 
+/// Levels as a table shows them: "0.54 s, 4.9 % · 0.67 s, 2.8 %".
+fn levels(labels: &[String], curve: &[(f64, f64)]) -> String {
+    let level = |(label, (seconds, error)): (&String, &(f64, f64))| format!("{label}{} s, {error:.1} %", record::short(*seconds));
+    labels.iter().zip(curve).map(level).collect::<Vec<_>>().join(" · ")
+}
+
 struct Phase<'a> {
     name: &'a str,
     ours: Vec<(String, String)>,
@@ -104,6 +110,7 @@ struct Phase<'a> {
 
 fn main() -> Result<(), String> {
     let room = room();
+    let is_tutorial = room.folder.ends_with("data/tutorial_room");
     let temporary = tempfile::tempdir().map_err(|e| e.to_string())?;
     let at = |name: &str| temporary.path().join(name).display().to_string();
     let lucarne = env!("CARGO_BIN_EXE_lucarne");
@@ -220,11 +227,28 @@ fn main() -> Result<(), String> {
         if environment.is_none() {
             continue;
         }
-        for (seconds, e) in curve("rfluxmtx", &phase.peer)? {
+        let peers = curve("rfluxmtx", &phase.peer)?;
+        let mut ratios = Vec::new();
+        for &(seconds, e) in &peers {
             if let Some(same) = time_at(&own, e) {
                 record.add(format!("{}: rfluxmtx / lucarne at {e:.1} %", phase.name), seconds / same, "ratio of CPU time");
                 println!("  at {e:.2} %: rfluxmtx {seconds:.1} s, lucarne {same:.2} s: {:.0} times less", seconds / same);
+                ratios.push(format!("{} × at {e:.1} %", record::short(seconds / same)));
             }
+        }
+        if light || !is_tutorial {
+            continue;
+        }
+        let named: Vec<String> = phase.peer.iter().map(|(label, _)| format!("`{label}` ")).collect();
+        let rows = [levels(&vec![String::new(); own.len()], &own), levels(&named, &peers), ratios.join(", ")];
+        if number == 0 {
+            record::measured("speed-v", &rows[0], "");
+            record::measured("speed-v-radiance", &rows[1], "");
+            record::measured("speed-v-ratio", &rows[2], "");
+        } else {
+            record::measured("speed-d", &rows[0], "");
+            record::measured("speed-d-radiance", &rows[1], "");
+            record::measured("speed-d-ratio", &rows[2], "");
         }
     }
     record.finish();

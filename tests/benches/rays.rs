@@ -129,6 +129,9 @@ fn main() -> lucarne::Result<()> {
     record.add("daylight matrix", cpu / 1e6, "Msegments/CPU-s");
     record.add("native tracer, hits only", native_cpu / 1e6, "Msegments/CPU-s");
     record.add("daylight matrix / native tracer", cpu / native_cpu, "ratio");
+    let million = |rate: f64| record::short(rate / 1e6);
+    record::measured("rays", &format!("{} million path segments per CPU-second", million(cpu)), "");
+    record::measured("rays-native", &million(native_cpu), "");
     record.finish();
     Ok(())
 }

@@ -1,7 +1,13 @@
 //! Keeps what the benchmarks measure in `target/bench.json`, and says what changed since the last run.
 
+#[path = "../../src/testing.rs"]
+mod testing;
+
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
+
+#[allow(unused_imports, reason = "not every benchmark has a row in VALIDATION.md")]
+pub use testing::{measured, percent, short};
 
 /// Measurements of one benchmark.
 pub struct Record {

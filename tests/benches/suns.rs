@@ -64,7 +64,8 @@ fn twice(name: impl Into<String>, mut run: impl FnMut(u32) -> Fallible<(f64, Vec
     Ok((cost, a.iter().chain(&b).sum::<f64>()))
 }
 
-fn report(record: &mut record::Record, what: &str, own: &(Cost, f64), peers: &[(Cost, f64)]) {
+/// Prints and records; gives the cells of a table: ours, Radiance's, and how they compare at equal error.
+fn report(record: &mut record::Record, what: &str, own: &(Cost, f64), peers: &[(Cost, f64)]) -> [String; 3] {
     println!("\n{what}");
     for (c, sum) in std::iter::once(own).chain(peers) {
         println!("  {:52} {:8.2} s  {:8.3} %   sum {:.4} of ours", c.name, c.seconds, 100.0 * c.error, sum / own.1);
@@ -75,6 +76,10 @@ fn report(record: &mut record::Record, what: &str, own: &(Cost, f64), peers: &[(
         println!("  at equal error {ratio:.1} times less time than {}", peer.name);
         record.add(format!("{what}: {} / lucarne at equal error", peer.name), ratio, "ratio of CPU time");
     }
+    let cost = |c: &Cost| format!("{} s, {}", record::short(c.seconds), record::percent(c.error));
+    let cells = peers.iter().map(|(c, _)| (format!("{}: {}", c.name, cost(c)), format!("{} ×", record::short(figure(c) / figure(&own.0)))));
+    let (theirs, ratios): (Vec<String>, Vec<String>) = cells.unzip();
+    [cost(&own.0), theirs.join(" · "), ratios.join(" · ")]
 }
 
 /// User CPU seconds of this process (Linux).
@@ -170,7 +175,10 @@ fn sensors(room: &Room, needed: &SunSet, record: &mut record::Record) -> Fallibl
         Ok((seconds, found.chunks_exact(all.len()).flat_map(chosen).collect()))
     })?;
     let few = twice(format!("rcontrib -c 64, the {} suns that occur", needed.suns.len()), |_| room.rcontrib("needed", direct, 64))?;
-    report(record, "suns at sensors, straight", &own, &[tutorial, few]);
+    let [ours, theirs, ratios] = report(record, "suns at sensors, straight", &own, &[tutorial, few]);
+    record::measured("speed-suns", &ours, "");
+    record::measured("speed-suns-radiance", &theirs, "");
+    record::measured("speed-suns-ratio", &ratios, "");
     // Straight light of points has no noise: all of it is in what slats scatter.
     let own = twice("lucarne", |seed| room.lucarne("--ab 4 --point-suns", seed))?;
     let peer = twice("rcontrib -ab 4 -ad 256", |_| room.rcontrib("needed", "-ab 4 -ad 256 -lw 4e-3 -dj 0", 1))?;
@@ -179,7 +187,10 @@ fn sensors(room: &Room, needed: &SunSet, record: &mut record::Record) -> Fallibl
         let (seconds, found) = room.rcontrib("all", "-ab 4 -ad 64 -lw 1.6e-2 -dj 0", 1)?;
         Ok((seconds, found.chunks_exact(all.len()).flat_map(chosen).collect()))
     })?;
-    report(record, "suns at sensors, scattered by slats", &own, &[tutorial, peer]);
+    let [ours, theirs, ratios] = report(record, "suns at sensors, scattered by slats", &own, &[tutorial, peer]);
+    record::measured("speed-scattered", &ours, "");
+    record::measured("speed-scattered-radiance", &theirs, "");
+    record::measured("speed-scattered-ratio", &ratios, "");
     Ok(())
 }
 
@@ -206,7 +217,7 @@ struct Fisheye<'a> {
     rays: usize,
 }
 
-fn pictures(room: &Room, device: &Device, job: &Fisheye, record: &mut record::Record) -> Fallible<()> {
+fn pictures(room: &Room, device: &Device, job: &Fisheye, record: &mut record::Record) -> Fallible<[String; 3]> {
     let (suns, rays) = (job.suns, job.rays);
     let (lit, black, first_shade) = models(room)?;
     let corners = lit.triangles.iter().filter(|t| t.material.0 >= first_shade).flat_map(|t| t.vertices).collect();
@@ -256,14 +267,14 @@ fn pictures(room: &Room, device: &Device, job: &Fisheye, record: &mut record::Re
         beyond.for_each(|p| found[p * suns.len()..][..suns.len()].fill(0.0));
         Ok((seconds, found))
     })?;
-    report(record, job.what, &own, &[peer]);
-    Ok(())
+    Ok(report(record, job.what, &own, &[peer]))
 }
 
 fn panes(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Record) -> Fallible<()> {
     let files: [PathBuf; 2] = ["materialBlack.rad", "roomBlack.rad"].map(PathBuf::from);
     let scene = read_scene(&files, &room.folder, &mut Warnings::new())?;
     let sensors = read_points(&room.folder.join("points.txt"))?;
+    let mut cells: Vec<[String; 3]> = Vec::new();
     for (what, file, polygon) in [
         ("suns through a Klems pane", "blinds_correct_klems.xml", "GlazingKlems"),
         ("suns through a tensor tree", "blinds_correct_t4.xml", "GlazingT4"),
@@ -283,8 +294,12 @@ fn panes(room: &Room, device: &Device, suns: &[Sun], record: &mut record::Record
         std::fs::write(&pane, text.replace("../../tutorial_room/", ""))?;
         room.suns("pane_suns", &format!("materialBlack.rad roomBlack.rad {}", pane.display()), suns)?;
         let peer = twice("rcontrib -ab 1 -ad 1024", |_| room.rcontrib("pane_suns", "-ab 1 -ad 1024 -lw 1e-4 -dj 1", 1))?;
-        report(record, what, &own, &[peer]);
+        cells.push(report(record, what, &own, &[peer]));
     }
+    let [ours, theirs, ratios] = std::array::from_fn(|k| cells.iter().map(|c| c[k].as_str()).collect::<Vec<_>>().join(" · "));
+    record::measured("speed-panes", &ours, "");
+    record::measured("speed-panes-radiance", &theirs, "");
+    record::measured("speed-panes-ratio", &ratios, "");
     Ok(())
 }
 
@@ -316,12 +331,20 @@ fn main() -> Fallible<()> {
     if asked("pictures") {
         let chosen: Vec<usize> = (0..some.len()).collect();
         let what = "suns in a fisheye, straight";
-        pictures(&room, &device, &Fisheye { what, suns: &some, peer: &some, chosen: &chosen, rays: 16 }, &mut record)?;
+        let some = Fisheye { what, suns: &some, peer: &some, chosen: &chosen, rays: 16 };
+        let [ours, theirs, ratio] = pictures(&room, &device, &some, &mut record)?;
+        record::measured("speed-some-pictures", &ours, "");
+        record::measured("speed-some-pictures-radiance", &theirs, "");
+        record::measured("speed-some-pictures-ratio", &ratio, "");
         let sky = ReinhartSky::new(6)?;
         let all: Vec<Sun> = (1..sky.len()).map(|patch| Sun::new(sky.centre(patch))).collect();
         let chosen: Vec<usize> = set.columns.iter().map(|patch| patch - 1).collect();
         let what = "suns in a fisheye, straight, all suns of the year";
-        pictures(&room, &device, &Fisheye { what, suns: &set.suns, peer: &all, chosen: &chosen, rays: 2 }, &mut record)?;
+        let every = Fisheye { what, suns: &set.suns, peer: &all, chosen: &chosen, rays: 2 };
+        let [ours, theirs, ratio] = pictures(&room, &device, &every, &mut record)?;
+        record::measured("speed-all-pictures", &ours, "");
+        record::measured("speed-all-pictures-radiance", &theirs, "");
+        record::measured("speed-all-pictures-ratio", &ratio, "");
     }
     if asked("panes") {
         panes(&room, &device, &some, &mut record)?;

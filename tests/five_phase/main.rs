@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 #[path = "../../src/testing.rs"]
 mod testing;
+use testing::{measured, percent, percents, short};
 
 mod faults;
 mod imports;

@@ -141,12 +141,14 @@ fn sound_files_of_this_projects_making_raise_no_alarm() {
         }
     }
     assert!(cases.len() >= 15);
+    testing::measured("check-sound", &format!("{} sound files of these tools", cases.len()), "no false alarm");
 }
 
 #[test]
 fn files_of_window_and_genbsdf_raise_no_alarm() {
     let Some(shared) = testing::shared() else { return };
-    for name in ["clear", "ven0", "ven45", "blinds", "blinds_correct_klems", "blinds_correct_t4"] {
+    let names = ["clear", "ven0", "ven45", "blinds", "blinds_correct_klems", "blinds_correct_t4"];
+    for name in names {
         let mut warnings = Warnings::new();
         let bsdf = read(&shared.join(format!("data/tutorial_room/bsdf/{name}.xml")), &mut warnings).unwrap();
         let found = check(&bsdf, &warnings);
@@ -154,6 +156,7 @@ fn files_of_window_and_genbsdf_raise_no_alarm() {
         let (repaired, changes) = repair(&bsdf);
         assert!(changes.is_empty() && repaired == bsdf, "{name}: {changes:?}");
     }
+    testing::measured("check-sound-of-others", &format!("{} of WINDOW and genBSDF", names.len()), "no false alarm");
 }
 
 #[test]
@@ -245,6 +248,7 @@ fn every_planted_fault_in_the_data_is_found() {
             assert!(found.iter().all(|f| !f.contains("Solar") || f.contains("no transmission")), "{name}: {found:?}");
         }
     }
+    testing::measured("check-faults", &format!("{} kinds of data", plants.len()), "each");
 }
 
 #[test]
@@ -330,11 +334,13 @@ fn every_planted_fault_in_the_header_is_found() {
         ("a block twice", good.replacen(block, &format!("{block}{block}"), 1), "comes twice"),
         ("only Solar", good.replace(">Visible<", ">NIR<"), "no transmission of wavelength Visible"),
     ];
+    let count = cases.len();
     for (name, text, wanted) in cases {
         assert_ne!(text, good, "{name}");
         let found = faults_of_text(&text);
         assert!(found.iter().any(|f| f.contains(wanted)), "{name}: {found:?}");
     }
+    testing::measured("check-headers", &format!("{count} of headers"), "each");
 }
 
 #[test]

@@ -153,6 +153,8 @@ fn faults_of_trees_in_files_name_their_line() {
 
 #[test]
 fn direct_hemispherical_values_are_the_integral_and_sampling_conserves_energy() {
+    const WEIGHT: f64 = 1e-4;
+    let mut worst = 0.0f64;
     for kind in 0..KINDS {
         let scattering = Scattering::of_blocks(&made_up(kind)).unwrap();
         let mut random = Random(7);
@@ -173,7 +175,8 @@ fn direct_hemispherical_values_are_the_integral_and_sampling_conserves_energy() 
                 }
                 for _ in 0..20 {
                     let sample = scattering.sample(incident, transmitted, [random.next(), random.next(), random.next()]).unwrap();
-                    assert!((sample.weight - wanted).abs() < 1e-4 * wanted);
+                    assert!((sample.weight - wanted).abs() < WEIGHT * wanted);
+                    worst = worst.max((sample.weight / wanted - 1.0).abs());
                     let f = scattering.evaluate(sample.direction, incident);
                     assert!((f / sample.density - sample.weight).abs() < 1e-9 * wanted, "{kind} {f} {}", sample.density);
                     assert_eq!((sample.direction.z > 0.0) == (incident.z > 0.0), transmitted);
@@ -181,6 +184,7 @@ fn direct_hemispherical_values_are_the_integral_and_sampling_conserves_energy() 
             }
         }
     }
+    testing::measured("bsdf-sample-weights", &format!("within {}", testing::short(worst)), &testing::short(WEIGHT));
 }
 
 /// χ² of samples against the function's integrals over 12 × 12 cells of the square, as standard
@@ -220,7 +224,8 @@ fn chi_square(scattering: &Scattering, incident: DVec3, transmitted: bool, sampl
 
 #[test]
 fn samples_are_distributed_as_the_function() {
-    let mut random = Random(11);
+    const DEVIATIONS: f64 = 4.5;
+    let (mut random, mut worst) = (Random(11), 0.0f64);
     for kind in 0..KINDS {
         let scattering = Scattering::of_blocks(&made_up(kind)).unwrap();
         for (incident, transmitted) in [
@@ -229,9 +234,11 @@ fn samples_are_distributed_as_the_function() {
             (DVec3::new(0.1, 0.2, -0.9).normalize(), kind != 2),
         ] {
             let excess = chi_square(&scattering, incident, transmitted, 20_000, &mut random);
-            assert!(excess.abs() < 4.5, "{kind} {incident}: {excess} standard deviations");
+            assert!(excess.abs() < DEVIATIONS, "{kind} {incident}: {excess} standard deviations");
+            worst = worst.max(excess.abs());
         }
     }
+    testing::measured("bsdf-samples", &format!("χ² within {} standard deviations", testing::short(worst)), &testing::short(DEVIATIONS));
 }
 
 /// Values of Radiance's library for pairs of vectors that point away from the surface.
@@ -291,7 +298,10 @@ fn tree_perturbation(tree: &TensorTree, outgoing: DVec3, incident: DVec3) -> f64
     1.0 + 1e-4 * d
 }
 
-/// Pairs compared, differences beyond 1e-4 that lie on the edge of a cell, and the largest other
+/// Bound on relative differences from Radiance's library.
+const SAME: f64 = 1e-4;
+
+/// Pairs compared, differences beyond it that lie on the edge of a cell, and the largest other
 /// relative difference after taking Radiance's perturbation out.
 fn compare_with_radiance(path: &std::path::Path, pairs: usize) -> Option<(usize, usize, f64)> {
     let bsdf = read(path, &mut Warnings::new()).unwrap();
@@ -315,7 +325,7 @@ fn compare_with_radiance(path: &std::path::Path, pairs: usize) -> Option<(usize,
         let slack = if matches!(lobe.residue, Residue::Block(Block::Klems(_))) { 3e-4 * least } else { 0.0 };
         let ours = least + residue * perturbation(lobe, outgoing, incident, reversed);
         let difference = ((ours - theirs).abs() - slack).max(0.0) / ours.max(1e-6);
-        if difference > 1e-4 {
+        if difference > SAME {
             // The same pair moved by 1e-9 on either side must show Radiance's value.
             let near = |d: DVec3, k: usize| d + DVec3::new([1e-7, -1e-7, 0.0, 0.0][k % 4], [0.0, 0.0, 1e-7, -1e-7][k % 4], 0.0);
             let on_edge = (0..16).any(|k| {
@@ -367,10 +377,14 @@ fn values_agree_with_radiances_library_on_ten_thousand_pairs_per_file() {
         crate::bsdf::write(Some(&path), &bsdf, "").unwrap();
         files.push(path);
     }
+    let (count, mut all_edges, mut most) = (files.len(), 0, 0.0f64);
     for path in files {
         let Some((pairs, edges, largest)) = compare_with_radiance(&path, 10_000) else { return };
         println!("{}: {pairs} pairs, {edges} on edges, largest relative difference {largest:.1e}", path.file_name().unwrap().display());
         assert!(edges <= pairs / 1000, "{}: {edges}", path.display());
-        assert!(largest <= 1e-4);
+        assert!(largest <= SAME);
+        (all_edges, most) = (all_edges + edges, most.max(largest));
     }
+    let found = format!("{count} files: {} relative, {all_edges} pairs on an edge", testing::short(most));
+    testing::measured("bsdf-values", &found, &testing::short(SAME));
 }

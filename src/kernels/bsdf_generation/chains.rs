@@ -5,11 +5,11 @@
 //! its points into outgoing cell o, S the area of the surfaces times albedo. So two fans of rays per
 //! chain serve all entries at once, and the sum over chains is a matrix product.
 
-use super::{GenerationParams, GenerationStatistics, Job};
+use super::{GenerationParams, GenerationStatistics, Job, directions};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Kernel};
+use crate::gpu::{Buffer, Declared, Kernel, Shader};
 use crate::gpu_struct;
-use crate::kernels::trace::{Counters, check_finished, stream_seed};
+use crate::kernels::trace::{self, Counters, MATERIAL_SURFACE, check_finished, stream_seed};
 use crate::units::BRIGHTNESS_WEIGHTS;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,23 +17,33 @@ use rayon::prelude::*;
 gpu_struct! {
     /// A chain of diffuse reflections (`shaders/bsdf/chain.wgsl`).
     pub(crate) struct Chain {
+        /// The latest point.
         position: [f32; 3],
+        /// Material there.
         material: u32,
+        /// Unit normal of the side from which light leaves.
         leaving: [f32; 3],
+        /// Diffuse reflections up to and at this point.
         bounces: u32,
+        /// Unit normal of the side on which light arrives at the first point.
         arriving: [f32; 3],
+        /// Entry of the table from which the first point came.
         entry: u32,
+        /// Of light that leaves, relative to the irradiance of the first point.
         weight: [f32; 3],
         padding: u32,
     }
 }
 
 /// Shaders of this module, for the tests.
-pub(super) fn registered() -> Vec<crate::gpu::Registered> {
-    ["bsdf/chain_start", "bsdf/fans", "bsdf/chain_walk"]
-        .map(|path| crate::gpu::Registered::new(path).with::<GenerationParams>().with::<Chain>())
-        .to_vec()
+pub(super) fn registered() -> Vec<Shader> {
+    vec![START, FANS, WALK]
 }
+
+const STRUCTS: &[Declared] = &[GenerationParams::DECLARED, Chain::DECLARED];
+const START: Shader = trace::shader("bsdf/chain_start", &[directions::NUMBERS, STRUCTS]);
+const FANS: Shader = trace::shader("bsdf/fans", &[directions::NUMBERS, STRUCTS]);
+const WALK: Shader = trace::shader("bsdf/chain_walk", &[directions::NUMBERS, STRUCTS]);
 
 /// Rays of one dispatch: bounds its time.
 const MOST_RAYS: usize = 1 << 20;
@@ -46,8 +56,6 @@ const NORMAL_STEPS: f64 = 4.0;
 const LAYERS: f64 = 16.0;
 /// A sum from here on may have run over.
 const FULL: u32 = 1 << 31;
-/// Radiance's kind of material with diffuse lobes, as in `shaders/shared/material.wgsl`.
-pub(super) const SURFACE: u32 = 1;
 
 /// A side of a diffuse triangle.
 struct Side {
@@ -77,7 +85,7 @@ impl Surfaces {
             let material = &tables.materials[number as usize];
             let largest = |c: [f32; 3]| f64::from(c[0].max(c[1]).max(c[2]));
             let albedo = largest(material.diffuse) + largest(material.diffuse_transmitted);
-            if material.kind != SURFACE || albedo <= 0.0 {
+            if material.kind != MATERIAL_SURFACE || albedo <= 0.0 {
                 continue;
             }
             // Cut into layers, since light fades with depth.
@@ -285,7 +293,7 @@ impl<'a> Tracer<'a> {
             let mut constants = common.clone();
             let specular = f64::from(u8::from(job.tables.features.specular));
             constants.extend([("INCOMING", incoming), ("SPECULAR", specular), ("COMPONENTS", components as f64)]);
-            Kernel::new(device, "bsdf/fans", &[], &constants)
+            Kernel::new(device, &FANS, &constants)
         };
         let mut params = job.params();
         params.seed = stream_seed(job.options.seed, number, 0x6661_6e73);
@@ -297,10 +305,10 @@ impl<'a> Tracer<'a> {
             params,
             capacity,
             components,
-            start: Kernel::new(device, "bsdf/chain_start", &[], &common)?,
+            start: Kernel::new(device, &START, &common)?,
             incoming: fan(1.0)?,
             outgoing: fan(0.0)?,
-            walk: Kernel::new(device, "bsdf/chain_walk", &[], &common)?,
+            walk: Kernel::new(device, &WALK, &common)?,
             triangles: device.upload("diffuse triangles", &surfaces.table())?,
             chains: device.zeros::<Chain>("chains", capacity)?,
             listed: device.zeros::<u32>("listed chains", capacity)?,

@@ -3,6 +3,17 @@
 use crate::bins::{AngleBasis, KlemsBasis};
 use std::f64::consts::PI;
 
+crate::gpu_constants! {
+    pub(super) const NUMBERS = {
+        /// The rings of a Klems basis.
+        const DIRECTIONS_RINGS: u32 = 0;
+        /// The Shirley-Chiu square, for incident and outgoing light.
+        const DIRECTIONS_SQUARE: u32 = 1;
+        /// Outgoing square; incident slices of equal width in sin θ at azimuth 0, grazing first.
+        const DIRECTIONS_SLICES: u32 = 2;
+    }
+}
+
 /// What the entries of a generated BSDF stand for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Directions {
@@ -80,9 +91,9 @@ impl Directions {
     /// Code of `shaders/bsdf/directions.wgsl`.
     pub(super) fn code(self) -> u32 {
         match self {
-            Directions::Klems(_) => 0,
-            Directions::Tree4(_) => 1,
-            Directions::Tree3(_) => 2,
+            Directions::Klems(_) => DIRECTIONS_RINGS,
+            Directions::Tree4(_) => DIRECTIONS_SQUARE,
+            Directions::Tree3(_) => DIRECTIONS_SLICES,
         }
     }
 

@@ -28,7 +28,7 @@ pub use table::Table;
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::gpu_struct;
-use crate::kernels::trace::{TraceScene, TraceTables};
+use crate::kernels::trace::{MATERIAL_SURFACE, ROULETTE_WEIGHT, TraceScene, TraceTables};
 use crate::progress::{Progress, cancelled};
 use crate::units::BRIGHTNESS_WEIGHTS;
 use glam::Vec3;
@@ -36,20 +36,31 @@ use glam::Vec3;
 gpu_struct! {
     /// Parameters of the kernels in `shaders/bsdf`.
     pub(crate) struct GenerationParams {
+        /// The box in the tracer's units; light starts on its faces of low and high z.
         low: [f32; 3],
         seed: u32,
         high: [f32; 3],
+        /// First sample of this dispatch, and samples in it.
         first_sample: u32,
+        /// Weights of red, green and blue in the luminance.
         luminance: [f32; 3],
         samples: u32,
+        /// First incident cell of this dispatch, counted over both sides.
         first_cell: u32,
+        /// Incident cells of this dispatch.
         cells: u32,
+        /// Cells of one side, incident and outgoing.
         in_cells: u32,
         out_cells: u32,
+        /// Most diffuse reflections of a path.
         most_bounces: u32,
+        /// Weight below which Russian roulette decides.
         roulette_weight: f32,
+        /// Fixed-point units of 1.
         unit: f32,
+        /// Chains that the buffers hold.
         capacity: u32,
+        /// Sides of triangles that scatter diffusely.
         diffuse_count: u32,
         padding0: u32,
         padding1: u32,
@@ -93,7 +104,15 @@ pub struct GenerationOptions {
 
 impl Default for GenerationOptions {
     fn default() -> Self {
-        Self { samples: 8192, batches: 8, bounces: None, seed: 1, roulette_weight: 0.05, average_reciprocal: false, method: Method::Best }
+        Self {
+            samples: 8192,
+            batches: 8,
+            bounces: None,
+            seed: 1,
+            roulette_weight: ROULETTE_WEIGHT,
+            average_reciprocal: false,
+            method: Method::Best,
+        }
     }
 }
 
@@ -109,8 +128,8 @@ pub struct GenerationStatistics {
 }
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
-    let mut all = vec![crate::gpu::Registered::new("bsdf/paths").with::<GenerationParams>()];
+pub fn registered() -> Vec<crate::gpu::Shader> {
+    let mut all = vec![paths::PATHS];
     all.extend(chains::registered());
     all
 }
@@ -155,9 +174,12 @@ impl Job<'_> {
     /// Whether chains give the exact BSDF, and faster than paths.
     fn suits_chains(&self, sample: &Sample) -> bool {
         let used = |m: u32| &self.tables.materials[m as usize];
-        let rough = self.tables.triangle_materials.iter().map(|&m| used(m)).any(|m| {
-            m.kind == chains::SURFACE && m.roughness * m.roughness > 1e-6 && (m.specular != [0.0; 3] || m.specular_transmitted != [0.0; 3])
-        });
+        let rough = self
+            .tables
+            .triangle_materials
+            .iter()
+            .map(|&m| used(m))
+            .any(|m| m.kind == MATERIAL_SURFACE && !m.is_smooth() && (m.specular != [0.0; 3] || m.specular_transmitted != [0.0; 3]));
         // Slices have one azimuth, from which reflections stray.
         let stray = matches!(self.directions, Directions::Tree3(_)) && self.tables.features.specular;
         !rough && !stray && sample.fills_its_box()

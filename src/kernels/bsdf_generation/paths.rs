@@ -1,14 +1,21 @@
 //! Host half of `shaders/bsdf/paths.wgsl`.
 
-use super::{GenerationStatistics, Job};
+use super::{GenerationParams, GenerationStatistics, Job, directions};
 use crate::error::Result;
-use crate::gpu::Kernel;
-use crate::kernels::trace::{Counters, check_finished, stream_seed};
+use crate::gpu::{Kernel, Shader};
+use crate::kernels::trace::{self, Counters, check_finished, stream_seed};
+
+pub(super) const PATHS: Shader = trace::shader("bsdf/paths", &[directions::NUMBERS, NUMBERS, &[GenerationParams::DECLARED]]);
 
 /// Records of one dispatch: bounds its time and memory.
 const MOST_RECORDS: usize = 1 << 19;
-/// Number of a record whose light stayed inside.
-const NOWHERE: u32 = u32::MAX;
+
+crate::gpu_constants! {
+    const NUMBERS = {
+        /// Number of a record whose light stayed inside.
+        const NOWHERE: u32 = u32::MAX;
+    }
+}
 
 /// Adds the BSDF by `samples` paths per incident cell to `batch`. With `diffuse`, paths are followed
 /// through diffuse reflections; else they end there.
@@ -26,7 +33,7 @@ pub(super) fn add(
     constants.push(("FOLLOW_DIFFUSE", f64::from(u8::from(diffuse))));
     let ways = if !diffuse && job.tables.features.specular { 2 } else { 1 };
     constants.push(("WAYS", ways as f64));
-    let kernel = Kernel::new(device, "bsdf/paths", &[], &constants)?;
+    let kernel = Kernel::new(device, &PATHS, &constants)?;
     let cells = 2 * directions.incident();
     let outgoing = 2 * directions.outgoing();
     let samples_once = (samples as usize).min(MOST_RECORDS / 64);

@@ -7,6 +7,7 @@ use crate::bsdf::{Blocks, Bsdf, read_from, write_to};
 use crate::error::Warnings;
 use crate::gpu::Device;
 use crate::kernels::trace::reference::Random;
+use crate::testing::{measured, short};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -44,10 +45,13 @@ fn a_peak_of_a_hundred_thousand_keeps_its_energy() {
     let n = f64::from(1u32 << DEPTH);
     let peak = BACKGROUND + THROUGH * n * n / PI;
     assert!(peak > 1e5);
-    assert!((scattering.evaluate(ahead, ahead) / peak - 1.0).abs() < 1e-6, "{}", scattering.evaluate(ahead, ahead));
+    const EXACT: f64 = 1e-6;
+    const ON_DEVICE: f64 = 1e-4;
+    let of_peak = (scattering.evaluate(ahead, ahead) / peak - 1.0).abs();
+    assert!(of_peak < EXACT, "{}", scattering.evaluate(ahead, ahead));
     assert!((scattering.evaluate(DVec3::Z, ahead) / BACKGROUND - 1.0).abs() < 1e-6);
     let whole = THROUGH + PI * BACKGROUND;
-    assert!((scattering.direct_hemispherical(ahead, true) / whole - 1.0).abs() < 1e-6);
+    assert!((scattering.direct_hemispherical(ahead, true) / whole - 1.0).abs() < EXACT);
     assert!((scattering.direct_hemispherical(DVec3::Z, true) / (PI * BACKGROUND) - 1.0).abs() < 1e-6);
     let Some(device) = Device::for_tests("the sharpest peak") else { return };
     let mut words = PackedBsdfs::new();
@@ -57,10 +61,11 @@ fn a_peak_of_a_hundred_thousand_keeps_its_energy() {
     let answers = ask(&device, &words, &probes);
     // Within the peak's cell or close to it.
     let radius = 2.0 * PI.sqrt() / n;
-    let mut inside = 0;
+    let (mut inside, mut worst) = (0, 0.0f64);
     for a in &answers {
-        assert!((f64::from(a.value) / peak - 1.0).abs() < 1e-4, "{} of {peak}", a.value);
-        assert!((f64::from(a.weight) / whole - 1.0).abs() < 1e-4 && (f64::from(a.direct_hemispherical) / whole - 1.0).abs() < 1e-4);
+        let off = [f64::from(a.value) / peak, f64::from(a.weight) / whole, f64::from(a.direct_hemispherical) / whole];
+        worst = off.iter().fold(worst, |worst, ratio| worst.max((ratio - 1.0).abs()));
+        assert!(worst < ON_DEVICE, "{} of {peak}, {} and {} of {whole}", a.value, a.weight, a.direct_hemispherical);
         let d = DVec3::from_array(a.direction.map(f64::from));
         assert!((d.length() - 1.0).abs() < 1e-5);
         inside += u32::from((d - ahead).length() < radius / ahead.z);
@@ -68,6 +73,8 @@ fn a_peak_of_a_hundred_thousand_keeps_its_energy() {
     let share = THROUGH / whole;
     let deviation = (f64::from(inside) / answers.len() as f64 - share) / (share * (1.0 - share) / answers.len() as f64).sqrt();
     assert!(deviation.abs() < 4.5, "{inside} of {}: {deviation} standard deviations", answers.len());
+    let found = format!("{} in f64, {} on the device", short(of_peak), short(worst));
+    measured("sharpest-peak", &found, &format!("{}; {}", short(EXACT), short(ON_DEVICE)));
 }
 
 #[test]

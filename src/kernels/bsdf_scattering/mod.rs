@@ -7,7 +7,7 @@
 //!
 //! | word | Klems matrix | tensor tree |
 //! |---|---|---|
-//! | 0 | kind: 0 black, 1 Klems, 2 rank 4, 3 rank 3, 4 rank 3 of the opposite transmission | |
+//! | `LOBE_KIND` (0) | `KIND_KLEMS` | `KIND_TREE4` … |
 //! | 1 | Lambertian part, 1/sr (f32) | the same |
 //! | 2 | values `[out][in]` (f32) | values (f32) |
 //! | 3 | – | nodes, two words each ([`crate::bsdf::TensorTree::packed`]) |
@@ -25,11 +25,54 @@ use crate::bins::AngleBasis;
 use crate::bsdf::evaluate::{Lobe, Residue, Scattering};
 use crate::bsdf::{Block, Component, KlemsMatrix, TensorTree, projected_solid_angles};
 use crate::error::{Error, Result};
+use crate::gpu::Shader;
 use crate::gpu_struct;
+use crate::kernels::trace;
 use std::f64::consts::PI;
 
-/// `LOBE_WORDS` of the shader.
-const LOBE_WORDS: usize = 16;
+crate::gpu_constants! {
+    pub(crate) const NUMBERS = {
+        const TRANSMISSION_FRONT: u32 = Component::TransmissionFront as u32;
+        const TRANSMISSION_BACK: u32 = Component::TransmissionBack as u32;
+        const REFLECTION_FRONT: u32 = Component::ReflectionFront as u32;
+        const REFLECTION_BACK: u32 = Component::ReflectionBack as u32;
+        /// Words of a lobe, and which is which.
+        const LOBE_WORDS: u32 = 16;
+        const LOBE_KIND: u32 = 0;
+        const LOBE_LAMBERTIAN: u32 = 1;
+        const LOBE_VALUES: u32 = 2;
+        const LOBE_NODES: u32 = 3;
+        const LOBE_RINGS_IN: u32 = 4;
+        const LOBE_RINGS_OUT: u32 = 5;
+        const LOBE_RING_COUNT_IN: u32 = 6;
+        const LOBE_RING_COUNT_OUT: u32 = 7;
+        const LOBE_BINS_IN: u32 = 8;
+        const LOBE_BINS_OUT: u32 = 9;
+        const LOBE_SAMPLING: u32 = 10;
+        const LOBE_SAMPLING_SIDE: u32 = 11;
+        /// Kinds of lobes.
+        const KIND_BLACK: u32 = 0;
+        const KIND_KLEMS: u32 = 1;
+        const KIND_TREE4: u32 = 2;
+        const KIND_TREE3: u32 = 3;
+        /// The opposite transmission's tree, by reciprocity.
+        const KIND_TREE3_REVERSED: u32 = 4;
+        /// Words of a ring.
+        const RING_WORDS: u32 = 4;
+        const PACKED_BRANCH: u32 = crate::bsdf::PACKED_BRANCH;
+    }
+}
+
+/// The words of a lobe.
+#[derive(Default)]
+struct LobeWords([u32; LOBE_WORDS as usize]);
+
+impl LobeWords {
+    fn set(&mut self, word: u32, value: u32) {
+        self.0[word as usize] = value;
+    }
+}
+
 /// Largest table for drawing directions, words: what every device binds (128 MiB).
 const MOST_WORDS: usize = 1 << 25;
 
@@ -37,6 +80,7 @@ gpu_struct! {
     /// One question of `diagnostic/probe_bsdf`.
     pub(crate) struct BsdfProbe {
         outgoing: [f32; 3],
+        /// First word of the pane.
         pane: u32,
         incident: [f32; 3],
         padding0: u32,
@@ -48,6 +92,7 @@ gpu_struct! {
 gpu_struct! {
     /// Its answer.
     pub(crate) struct BsdfAnswer {
+        /// Drawn in the component of the two directions.
         direction: [f32; 3],
         weight: f32,
         value: f32,
@@ -58,10 +103,11 @@ gpu_struct! {
 }
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
-    vec![Registered::new("diagnostic/probe_bsdf").with::<BsdfProbe>().with::<BsdfAnswer>()]
+pub fn registered() -> Vec<Shader> {
+    vec![PROBE]
 }
+
+const PROBE: Shader = trace::shader("diagnostic/probe_bsdf", &[NUMBERS, &[BsdfProbe::DECLARED, BsdfAnswer::DECLARED]]);
 
 /// Words for the device, of one or several panes.
 #[derive(Debug, Clone, Default)]
@@ -95,39 +141,44 @@ impl PackedBsdfs {
     /// If its tables are too large for a device.
     pub fn push(&mut self, scattering: &Scattering, tables: Tables) -> Result<u32> {
         let pane = self.words.len();
-        self.words.resize(pane + 4 * LOBE_WORDS, 0);
+        const WORDS: usize = LOBE_WORDS as usize;
+        self.words.resize(pane + 4 * WORDS, 0);
         for component in Component::ALL {
             if let Some(lobe) = scattering.lobe(component) {
                 let words = self.lobe(lobe, tables)?;
-                self.words[pane + component as usize * LOBE_WORDS..][..LOBE_WORDS].copy_from_slice(&words);
+                self.words[pane + component as usize * WORDS..][..WORDS].copy_from_slice(&words.0);
             }
         }
         Ok(pane as u32)
     }
 
-    fn lobe(&mut self, lobe: &Lobe, tables: Tables) -> Result<[u32; LOBE_WORDS]> {
-        let mut words = [0; LOBE_WORDS];
-        words[1] = ((lobe.lambertian / PI) as f32).to_bits();
+    fn lobe(&mut self, lobe: &Lobe, tables: Tables) -> Result<LobeWords> {
+        let mut words = LobeWords::default();
+        words.set(LOBE_LAMBERTIAN, ((lobe.lambertian / PI) as f32).to_bits());
         match &lobe.residue {
             Residue::Block(Block::Klems(m)) => {
-                words[0] = 1;
-                words[2] = self.numbers(m.values().iter().copied());
-                (words[4], words[6]) = self.rings(m.incident());
-                (words[5], words[7]) = self.rings(m.outgoing());
-                (words[8], words[9]) = (m.incident().len() as u32, m.outgoing().len() as u32);
+                words.set(LOBE_KIND, KIND_KLEMS);
+                words.set(LOBE_VALUES, self.numbers(m.values().iter().copied()));
+                words.set(LOBE_RINGS_IN, self.rings(m.incident()));
+                words.set(LOBE_RING_COUNT_IN, m.incident().rings().len() as u32);
+                words.set(LOBE_RINGS_OUT, self.rings(m.outgoing()));
+                words.set(LOBE_RING_COUNT_OUT, m.outgoing().rings().len() as u32);
+                words.set(LOBE_BINS_IN, m.incident().len() as u32);
+                words.set(LOBE_BINS_OUT, m.outgoing().len() as u32);
                 if tables == Tables::Sample {
-                    words[10] = self.cumulative(m);
+                    words.set(LOBE_SAMPLING, self.cumulative(m));
                 }
             }
             Residue::Block(Block::Tree(t)) => {
-                words[0] = if t.rank() == 4 { 2 } else { 3 };
+                words.set(LOBE_KIND, if t.rank() == 4 { KIND_TREE4 } else { KIND_TREE3 });
                 self.tree(t, &mut words);
                 if tables == Tables::Sample {
-                    (words[10], words[11]) = self.outgoing_cells(t)?;
+                    words.set(LOBE_SAMPLING, self.outgoing_cells(t)?);
+                    words.set(LOBE_SAMPLING_SIDE, t.resolution() as u32);
                 }
             }
             Residue::ReversedIsotropic(t) => {
-                words[0] = 4;
+                words.set(LOBE_KIND, KIND_TREE3_REVERSED);
                 self.tree(t, &mut words);
             }
         }
@@ -144,13 +195,13 @@ impl PackedBsdfs {
         first
     }
 
-    fn rings(&mut self, basis: &AngleBasis) -> (u32, u32) {
+    fn rings(&mut self, basis: &AngleBasis) -> u32 {
         let first = self.words.len() as u32;
         for ring in basis.rings() {
             let cos2 = |degrees: f64| if degrees >= 90.0 { 0.0f32 } else { degrees.to_radians().cos().powi(2) as f32 };
             self.words.extend([cos2(ring.theta_min).to_bits(), cos2(ring.theta_max).to_bits(), ring.first as u32, ring.bins as u32]);
         }
-        (first, basis.rings().len() as u32)
+        first
     }
 
     fn cumulative(&mut self, m: &KlemsMatrix) -> u32 {
@@ -166,15 +217,15 @@ impl PackedBsdfs {
         first
     }
 
-    fn tree(&mut self, tree: &TensorTree, words: &mut [u32; LOBE_WORDS]) {
+    fn tree(&mut self, tree: &TensorTree, words: &mut LobeWords) {
         let (nodes, values) = tree.packed();
-        words[3] = self.words.len() as u32;
+        words.set(LOBE_NODES, self.words.len() as u32);
         self.words.extend(nodes.into_iter().flatten());
-        words[2] = self.numbers(values.iter().map(|v| f64::from(*v)));
+        words.set(LOBE_VALUES, self.numbers(values.iter().map(|v| f64::from(*v))));
     }
 
     /// Outgoing cells of every incident cell, with their cumulative flux.
-    fn outgoing_cells(&mut self, tree: &TensorTree) -> Result<(u32, u32)> {
+    fn outgoing_cells(&mut self, tree: &TensorTree) -> Result<u32> {
         let side = tree.resolution();
         let incident_cells = if tree.rank() == 4 { side * side } else { side };
         let first = self.words.len();
@@ -200,6 +251,6 @@ impl PackedBsdfs {
             let count = ((self.words.len() - list) / 2) as u32;
             self.words[first + 3 * cell..][..3].copy_from_slice(&[list as u32, count, (sum as f32).to_bits()]);
         }
-        Ok((first as u32, side as u32))
+        Ok(first as u32)
     }
 }

@@ -22,7 +22,7 @@ fn single(direction: DVec3) -> [f32; 3] {
 }
 
 pub(super) fn ask(device: &Device, words: &PackedBsdfs, probes: &[BsdfProbe]) -> Vec<BsdfAnswer> {
-    let kernel = Kernel::new(device, "diagnostic/probe_bsdf", &[], &[]).unwrap();
+    let kernel = Kernel::new(device, &PROBE, &[]).unwrap();
     let words = device.upload("BSDF", words.words()).unwrap();
     let questions = device.upload("probes", probes).unwrap();
     let answers = device.zeros::<BsdfAnswer>("answers", probes.len()).unwrap();
@@ -170,13 +170,16 @@ fn expected_shares(lobe: &Lobe, incident: DVec3) -> Vec<f64> {
     }
 }
 
-#[test]
-fn samples_follow_the_function_and_conserve_energy() {
-    let Some(device) = Device::for_tests("sampling of scattering functions") else { return };
+/// What differs, if not everything agrees.
+type Outcome = std::result::Result<(), String>;
+
+/// Whether samples fall where the f64 function is, with its weight; what differs, if not.
+fn samples_follow(device: &Device, cases: &[(String, Scattering)]) -> Outcome {
     let mut random = Random(9);
-    for (name, scattering) in cases() {
+    let ensure = |holds: bool, what: String| if holds { Ok(()) } else { Err(what) };
+    for (name, scattering) in cases {
         let mut words = PackedBsdfs::new();
-        words.push(&scattering, Tables::Sample).unwrap();
+        words.push(scattering, Tables::Sample).unwrap();
         for round in 0..4 {
             let incident = rounded(direction(&mut random));
             let transmitted = round % 2 == 0;
@@ -188,7 +191,7 @@ fn samples_follow_the_function_and_conserve_energy() {
             let side = DVec3::Z * if transmitted == (incident.z >= 0.0) { 1.0 } else { -1.0 };
             let probes: Vec<BsdfProbe> =
                 (0..20_000).map(|_| probe(side, incident, [random.next(), random.next(), random.next()])).collect();
-            let answers = ask(&device, &words, &probes);
+            let answers = ask(device, &words, &probes);
             let weighted = matches!(lobe.residue, Residue::ReversedIsotropic(_));
             let whole = lobe.direct_hemispherical(incident);
             let mut expected = expected_shares(lobe, incident);
@@ -197,16 +200,16 @@ fn samples_follow_the_function_and_conserve_energy() {
             let mut counts = vec![0.0; expected.len()];
             for answer in &answers {
                 let d = DVec3::from_array(answer.direction.map(f64::from));
-                assert!((d.length() - 1.0).abs() < 1e-5 && (d.z >= 0.0) == (side.z > 0.0), "{name}: {d}");
+                ensure((d.length() - 1.0).abs() < 1e-5 && (d.z >= 0.0) == (side.z > 0.0), format!("{name}: {d}"))?;
                 counts[category(lobe, d, incident)] += 1.0;
                 if !weighted {
-                    assert!((f64::from(answer.weight) - whole).abs() < 1e-4 * whole, "{name}: {} {whole}", answer.weight);
-                    assert!((f64::from(answer.direct_hemispherical) - whole).abs() < 1e-4 * whole);
+                    let close = |found: f32| (f64::from(found) - whole).abs() < 1e-4 * whole;
+                    ensure(close(answer.weight) && close(answer.direct_hemispherical), format!("{name}: {} {whole}", answer.weight))?;
                 }
             }
             if weighted {
                 let mean = answers.iter().map(|a| f64::from(a.weight)).sum::<f64>() / answers.len() as f64;
-                assert!((mean - whole).abs() < 0.1 * whole, "{name}: {mean} {whole}");
+                ensure((mean - whole).abs() < 0.1 * whole, format!("{name}: {mean} {whole}"))?;
                 continue;
             }
             let (mut chi, mut cells) = (0.0, 0.0);
@@ -218,8 +221,66 @@ fn samples_follow_the_function_and_conserve_energy() {
             }
             if cells > 1.0 {
                 let excess = (chi - (cells - 1.0)) / (2.0 * (cells - 1.0f64)).sqrt();
-                assert!(excess < 5.0, "{name} {component:?}: χ² is {excess} standard deviations above its mean");
+                ensure(excess < 5.0, format!("{name} {component:?}: χ² is {excess} standard deviations above its mean"))?;
             }
         }
     }
+    Ok(())
+}
+
+#[test]
+fn samples_follow_the_function_and_conserve_energy() {
+    let Some(device) = Device::for_tests("sampling of scattering functions") else { return };
+    samples_follow(&device, &cases()).unwrap();
+}
+
+/// Whether values are those of the f64 function but on a few edges.
+fn values_agree(device: &Device, cases: &[(String, Scattering)]) -> Outcome {
+    for (name, scattering) in cases {
+        let mut words = PackedBsdfs::new();
+        words.push(scattering, Tables::Evaluate).unwrap();
+        let mut random = Random(3);
+        let pairs: Vec<(DVec3, DVec3)> = (0..4000).map(|_| (direction(&mut random), direction(&mut random))).collect();
+        let probes: Vec<BsdfProbe> = pairs.iter().map(|(o, i)| probe(*o, *i, [0.5; 3])).collect();
+        let answers = ask(device, &words, &probes);
+        let differs = |((o, i), answer): &(&(DVec3, DVec3), &BsdfAnswer)| {
+            let ours = scattering.evaluate(rounded(*o), rounded(*i));
+            (f64::from(answer.value) - ours).abs() > 1e-4 * ours.max(1e-9)
+        };
+        let count = pairs.iter().zip(&answers).filter(differs).count();
+        // Rounding moves one pair in 500 over an edge at most, as tested above.
+        if count > pairs.len() / 500 {
+            return Err(format!("{name}: {count} of {} values differ", pairs.len()));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn faults_in_the_shaders_of_scattering_functions_are_found_out() {
+    let Some(device) = Device::for_tests("faults in shaders of scattering functions") else { return };
+    let made_up = &cases()[..3];
+    type Comparison = fn(&Device, &[(String, Scattering)]) -> Outcome;
+    let faults: [(&str, &str, &str, Comparison); 11] = [
+        ("bsdf/scattering", "select(TRANSMISSION_BACK, REFLECTION_BACK,", "select(REFLECTION_BACK, TRANSMISSION_BACK,", values_agree),
+        ("bsdf/scattering", "outgoing.y * turn.x - outgoing.x * turn.y", "outgoing.y * turn.x + outgoing.x * turn.y", values_agree),
+        ("bsdf/scattering", "isotropic_value(lobe, -incident, -outgoing)", "isotropic_value(lobe, -outgoing, -incident)", values_agree),
+        ("bsdf/scattering", "child |= 1u << i;", "child |= 2u >> i;", values_agree),
+        ("bsdf/square", "if phi < -QUARTER_PI {", "if phi < -2.0 * QUARTER_PI {", values_agree),
+        ("bsdf/square", "vec2<f32>(-(phi - 2.0 * QUARTER_PI)", "vec2<f32>((phi - 2.0 * QUARTER_PI)", values_agree),
+        ("bsdf/square", "(2.0 - p.x / p.y)", "(2.0 + p.x / p.y)", samples_follow),
+        ("bsdf/scattering_sample", "+ random.y - 0.5)", "+ random.y)", samples_follow),
+        ("bsdf/scattering_sample", "low = middle + 1u;", "low = middle + 2u;", samples_follow),
+        ("bsdf/scattering_sample", "p.x * turn.x - p.y * turn.y", "p.x * turn.x + p.y * turn.y", samples_follow),
+        ("bsdf/scattering_sample", "result.weight = lambertian + places.total;", "result.weight = places.total;", samples_follow),
+    ];
+    let mut survivors = Vec::new();
+    for (path, from, to, compare) in faults {
+        compare(&device, made_up).unwrap();
+        match crate::gpu::mutation::with(path, from, to, || compare(&device, made_up)) {
+            Ok(()) => survivors.push(format!("{path}: '{from}' may be '{to}'")),
+            Err(found) => println!("{path}: '{to}' is found out: {found}"),
+        }
+    }
+    assert!(survivors.is_empty(), "{}", survivors.join("\n"));
 }

@@ -10,9 +10,12 @@ pub mod unobstructed;
 
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
-use crate::gpu::{Device, Kernel};
+use crate::gpu::{Device, Kernel, Shader};
 use crate::gpu_struct;
-use crate::kernels::trace::{Counters, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, check_finished, doubt};
+use crate::kernels::trace::{
+    self, CELL_CAPACITY, Counters, ROULETTE_WEIGHT, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces,
+    check_finished, doubt,
+};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
@@ -21,14 +24,20 @@ gpu_struct! {
     /// Parameters of `trace/daylight_paths`.
     pub(crate) struct DaylightParams {
         seed: u32,
+        /// First path index of this dispatch and paths per bin in it.
         first_path: u32,
         paths: u32,
+        /// Bins of the window, and its index.
         bins: u32,
         window: u32,
+        /// Sky patches with the ground.
         sky_bins: u32,
         sky_rows: u32,
+        /// Most diffuse reflections of a path.
         most_bounces: u32,
+        /// Fixed-point units of a whole path.
         unit: f32,
+        /// Weight below which Russian roulette decides.
         roulette_weight: f32,
         row_height: f32,
         padding: u32,
@@ -36,8 +45,10 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A row of sky patches (`shared/sky.wgsl`).
+    /// A row of sky patches, or the zenith cap (one patch). The last entry of the table is a sentinel
+    /// whose lower limit is above the zenith.
     pub(crate) struct SkyRow {
+        /// Sine of the lower altitude limit.
         sin_low: f32,
         first: u32,
         patches: u32,
@@ -75,7 +86,7 @@ impl Default for DaylightOptions {
             paths: 2048,
             batches: 8,
             seed: 1,
-            roulette_weight: 0.05,
+            roulette_weight: ROULETTE_WEIGHT,
             keep_batches: false,
             first_round: true,
             own_window: WindowSurfaces::Absorb,
@@ -85,13 +96,13 @@ impl Default for DaylightOptions {
 
 /// Paths per bin in one dispatch: bounds the fixed-point sums and the time of a dispatch.
 const PATHS_PER_DISPATCH: u32 = 1 << 14;
-/// Fixed-point units that one dispatch may add to one cell.
-const CELL_CAPACITY: f32 = (1u32 << 31) as f32;
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
-    vec![crate::gpu::Registered::new("trace/daylight_paths").with::<DaylightParams>().with::<SkyRow>()]
+pub fn registered() -> Vec<Shader> {
+    vec![PATHS]
 }
+
+const PATHS: Shader = trace::shader("trace/daylight_paths", &[&[DaylightParams::DECLARED, SkyRow::DECLARED]]);
 
 /// Rows of the sky for the shader: the Reinhart rows, the zenith cap, and a sentinel.
 pub(crate) fn sky_rows(sky: ReinhartSky) -> Vec<SkyRow> {
@@ -147,7 +158,7 @@ fn compute_in_dispatches(
     let tables = TraceTables::new(scene, std::slice::from_ref(window), options.own_window)?;
     let trace_scene = tables.upload(device)?;
     let components: usize = if tables.features.grey { 1 } else { 3 };
-    let kernel = Kernel::new(device, "trace/daylight_paths", &[], &[("COMPONENTS", components as f64)])?;
+    let kernel = Kernel::new(device, &PATHS, &[("COMPONENTS", components as f64)])?;
     let rows = device.upload("sky rows", &sky_rows(sky))?;
     let bins = window.basis.len();
     let cells = bins * sky.len() * components;

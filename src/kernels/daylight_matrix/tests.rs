@@ -343,7 +343,10 @@ fn other_windows_and_the_own_one_absorb() {
     };
     let (found, plate, open) = (d.total.data().iter().map(|v| f64::from(*v)).sum::<f64>(), sum(&plates.scene), sum(&holes));
     println!("sum of D {found:.2}, with black plates {plate:.2}, with the far windows as holes {open:.2}");
-    assert!((found / plate - 1.0).abs() < 0.01 && open > 1.1 * found, "{found} {plate} {open}");
+    const SAME: f64 = 0.01;
+    assert!((found / plate - 1.0).abs() < SAME && open > 1.1 * found, "{found} {plate} {open}");
+    let text = format!("{found:.2}; with plates {plate:.2}, with holes {open:.2}");
+    crate::testing::measured("other-windows", &text, &crate::testing::percent(SAME));
 }
 
 #[test]

@@ -3,12 +3,12 @@
 use super::stack::SLOTS;
 use super::{Bands, Detector, GlarePixels, Loaded, Pass};
 use crate::error::Result;
-use crate::gpu::{Device, Kernel, Registered, check_finite, source};
+use crate::gpu::{Device, Kernel, Shader, check_finite};
 use crate::kernels::product::{self, Factor, Multiplier, TileOnDevice};
 use rayon::prelude::*;
 
 crate::gpu_struct! {
-    /// Parameters of `glare/compact`.
+    /// Parameters of `glare/count` and `glare/list`.
     pub struct CompactParams {
         /// Pixels of an hour.
         pub pixels: u32,
@@ -29,19 +29,26 @@ crate::gpu_struct! {
     }
 }
 
-/// Pixels of a run: what a workgroup of `glare/compact` takes.
-const RUN: usize = 256 * 8;
-/// Invocations per workgroup of `glare/add`.
-const ADD_WORKGROUP: u64 = 64;
-/// Shader feature that lists instead of counting.
-const LIST: &[&str] = &["list"];
+crate::gpu_constants! {
+    const NUMBERS = {
+        /// Invocations per workgroup of `glare/count` and `glare/list`.
+        const COMPACT_WORKGROUP: u32 = 256;
+        /// Pixels that each of them takes.
+        const PIXELS_EACH: u32 = 8;
+        /// Invocations per workgroup of `glare/add`.
+        const ADD_WORKGROUP: u32 = 64;
+    }
+}
 
-pub(super) fn registered() -> Vec<Registered> {
-    vec![
-        Registered::new("glare/add").with::<AddParams>(),
-        Registered::new("glare/compact").with::<CompactParams>(),
-        Registered::new("glare/compact").features(LIST).with::<CompactParams>(),
-    ]
+/// Pixels of a run: what a workgroup takes.
+const RUN: usize = (COMPACT_WORKGROUP * PIXELS_EACH) as usize;
+
+const COUNT: Shader = Shader::new("glare/count", &[NUMBERS, &[CompactParams::DECLARED]]);
+const LIST: Shader = Shader::new("glare/list", &[NUMBERS, &[CompactParams::DECLARED]]);
+const ADD: Shader = Shader::new("glare/add", &[NUMBERS, &[AddParams::DECLARED]]);
+
+pub(super) fn registered() -> Vec<Shader> {
+    vec![COUNT, LIST, ADD]
 }
 
 /// Finds glare pixels on a GPU device.
@@ -67,23 +74,8 @@ impl OnDevice {
     /// # Errors
     /// Refusal by the driver.
     pub fn with_product(device: &Device, product: product::OnDevice) -> Result<Self> {
-        Self::build(device, product, |_, text| text.to_string())
-    }
-
-    /// As [`with_product`](Self::with_product) with every shader text passed through `alter`: tests
-    /// plant faults with it, to see that they are found.
-    pub(super) fn build(device: &Device, product: product::OnDevice, alter: impl Fn(&str, &str) -> String) -> Result<Self> {
-        let kernel = |path: &str, features: &[&str]| {
-            let text = alter(path, source(path).unwrap_or_default());
-            Kernel::with_generated(device, path, features, &[], &[(path, &text)])
-        };
-        Ok(Self {
-            device: device.clone(),
-            product,
-            count: kernel("glare/compact", &[])?,
-            list: kernel("glare/compact", LIST)?,
-            add: kernel("glare/add", &[])?,
-        })
+        let kernel = |shader: &Shader| Kernel::new(device, shader, &[]);
+        Ok(Self { device: device.clone(), product, count: kernel(&COUNT)?, list: kernel(&LIST)?, add: kernel(&ADD)? })
     }
 }
 
@@ -170,7 +162,7 @@ impl LoadedOnDevice<'_> {
         let params = device.uniform("additions' parameters", &AddParams { count: additions.len() as u32 })?;
         let list = device.upload("additional light", &additions)?;
         let bindings = add.bind(&[("params", &params), ("additions", &list), ("luminance", &tile.values)])?;
-        device.dispatch(add, &bindings, device.grid((additions.len() as u64).div_ceil(ADD_WORKGROUP))?)
+        device.dispatch(add, &bindings, device.grid((additions.len() as u64).div_ceil(u64::from(ADD_WORKGROUP)))?)
     }
 
     /// Appends the tile's glare pixels, hour by hour.

@@ -34,13 +34,13 @@ pub use year::{HourGlare, ReadyView, Year, year};
 
 use crate::error::Result;
 use crate::glare::Disc;
-use crate::gpu::{Device, DeviceKind, Registered};
+use crate::gpu::{Device, DeviceKind, Shader};
 use crate::matrix::Matrix;
 use crate::units::ILLUMINANCE_WEIGHTS;
 use stack::Band;
 
 /// Shader variants of this module.
-pub fn registered() -> Vec<Registered> {
+pub fn registered() -> Vec<Shader> {
     device::registered()
 }
 

@@ -4,15 +4,13 @@ use super::noise::{Batches, DiscChange, HourNoise, Slopes};
 use super::stack::Stack;
 use super::{Added, AddedLight, Additions, Detector, GlarePixels, Loaded, Pass, coefficients};
 use crate::error::{Error, Result};
-use crate::glare::{Disc, Glare, GlarePixels as Found, Indices, Totals, detect, disc, veil};
+use crate::glare::{Disc, Glare, GlarePixels as Found, Indices, PEAK_LIMIT, Totals, detect, disc, veil};
+use crate::gpu::DEFAULT_MEMORY;
 use crate::kernels::product::reference::gamma;
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use rayon::prelude::*;
 
-/// Luminance from which pixels are spread by a veil where the settings leave sources whole, cd/m²:
-/// evalglare's.
-const DEFAULT_PEAK_LIMIT: f64 = 50_000.0;
 /// Bytes of a glare pixel on its way, copies included.
 const GLARE_PIXEL_BYTES: u64 = 32;
 /// Bytes of a pixel with additional light, copies included.
@@ -45,7 +43,16 @@ pub struct Year<'a> {
 impl<'a> Year<'a> {
     /// A year of these right factors with nothing else.
     pub fn new(rights: &'a [&'a Matrix<f32>]) -> Self {
-        Self { rights, additions: None, illuminance: None, batches: None, noise: None, hours_per_pass: 0, skip: true, memory: 1 << 30 }
+        Self {
+            rights,
+            additions: None,
+            illuminance: None,
+            batches: None,
+            noise: None,
+            hours_per_pass: 0,
+            skip: true,
+            memory: DEFAULT_MEMORY,
+        }
     }
 }
 
@@ -238,7 +245,7 @@ impl Work<'_, '_> {
     }
 
     fn peak_limit(&self) -> f64 {
-        self.stack.analyser().settings().peak_limit.unwrap_or(DEFAULT_PEAK_LIMIT)
+        self.stack.analyser().settings().peak_limit.unwrap_or(PEAK_LIMIT)
     }
 
     fn added(&self, hour: usize) -> Result<Added> {

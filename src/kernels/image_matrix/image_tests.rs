@@ -344,7 +344,7 @@ fn pixels_behind_a_closed_screen_are_black_and_state_half_a_hit() {
             "chances[place].gathered_squares += each * each * traced;",
             "chances[place].gathered_squares += each * traced;",
         ),
-        ("trace/pixel_gather", "let each = step * (0.3183098861837907 / 3.0", "let each = step * (0.3183098861837907"),
+        ("trace/pixel_gather", "let each = step * (FRAC_1_PI / 3.0", "let each = step * (FRAC_1_PI"),
     ] {
         let found = mutation::with(path, from, to, compare);
         assert!(!(found < 0.25), "'{to}' in {path} is not found out: {found}");

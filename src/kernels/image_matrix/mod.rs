@@ -27,14 +27,17 @@ mod tests;
 
 use crate::camera::{PixelSamples, Raster};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Device, Kernel, Plan};
+use crate::gpu::{Buffer, DEFAULT_MEMORY, Declared, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::doubts::BinShares;
 use crate::kernels::light_paths::images::{Beholder, WindowImages};
 use crate::kernels::light_paths::{
-    LightPathKernels, LightPathOptions, LightPaths, NearOptions, NearPaths, Receiver, VirtualLight, finish_dispatch, near_paths,
+    LOOKS, LightPathKernels, LightPathOptions, LightPaths, NEAR, NearOptions, NearPaths, Receiver, VirtualLight, finish_dispatch,
+    near_paths,
 };
-use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::kernels::trace::{
+    self, Counters, FAR_AWAY, ROULETTE_WEIGHT, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed,
+};
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
 use glam::Vec3;
@@ -44,16 +47,22 @@ gpu_struct! {
     /// Parameters of the tile's kernels (`shared/pixel.wgsl`).
     pub(crate) struct TileParams {
         seed: u32,
+        /// Pixels of this tile.
         pixels: u32,
+        /// Light paths per bin and batch, all of which are summed.
         paths: u32,
         batches: u32,
         bins: u32,
         window_count: u32,
+        /// Rays per pixel through which the directly seen windows are found.
         subpixels: u32,
+        /// Window samples per surface point, and every how many one is traced.
         window_samples: u32,
         traced_every: u32,
+        /// Room for lights per bin and batch.
         lights: u32,
         near_radius: f32,
+        /// Fixed-point units of a whole pixel.
         unit: f32,
     }
 }
@@ -62,18 +71,22 @@ gpu_struct! {
     /// A camera ray in the tracer's coordinates (`trace/pixel_receivers.wgsl`).
     pub(crate) struct PixelRay {
         origin: [f32; 3],
+        /// How far it goes; 0 for pixels outside the view.
         length: f32,
         direction: [f32; 3],
+        /// Number of the pixel in the picture.
         number: u32,
     }
 }
 
 gpu_struct! {
-    /// What few hits leave open (`shared/pixel.wgsl`).
+    /// What few hits leave open, of a pixel's surface point in a batch; irradiance, sr.
     pub(crate) struct PixelChances {
+        /// Straight from the windows: with nothing in the way; how many rays, and how many of them arrived.
         straight: f32,
         rays: f32,
         hits: f32,
+        /// By light paths: sum of what the rays stand for, of its squares, and of those that arrived.
         gathered: f32,
         gathered_squares: f32,
         gathered_hits: f32,
@@ -83,7 +96,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A row under construction (`shared/pixel.wgsl`).
+    /// Per bin while a row is built: unobstructed light, and of the traced part how much was sent and
+    /// how much arrived.
     pub(crate) struct BinShare {
         unobstructed: [f32; 3],
         traced: f32,
@@ -145,17 +159,22 @@ impl Default for ImageOptions {
             visibility_rays: 8,
             near_samples: 16,
             near_radius: 0.15,
-            roulette_weight: 0.05,
+            roulette_weight: ROULETTE_WEIGHT,
             jitter: 1.0,
             seed: 1,
             straight: false,
-            memory: 1 << 30,
+            memory: DEFAULT_MEMORY,
         }
     }
 }
 
-/// `MOST_RAYS` of `pixel_gather`.
-const MOST_VISIBILITY_RAYS: u32 = 64;
+crate::gpu_constants! {
+    const NUMBERS = {
+        /// Most rays from a surface point to the vertices of one bin.
+        const MOST_VISIBILITY_RAYS: u32 = 64;
+    }
+}
+
 /// Rays to each image of the windows, at least.
 const LEAST_IMAGE_RAYS: u32 = 4;
 /// Lights of all bins that an invocation of `pixel_gather` goes through, at most.
@@ -166,14 +185,15 @@ const VERTICES_KEPT: u32 = 4;
 const MOST_TILE_PIXELS: usize = 8192;
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
-    vec![
-        Registered::new("trace/pixel_receivers").with::<TileParams>().with::<PixelRay>().with::<Receiver>(),
-        Registered::new("trace/pixel_direct").with::<TileParams>().with::<BinShare>().with::<Receiver>().with::<PixelChances>(),
-        Registered::new("trace/pixel_gather").with::<TileParams>().with::<BinShare>().with::<VirtualLight>().with::<PixelChances>(),
-    ]
+pub fn registered() -> Vec<Shader> {
+    vec![RECEIVERS, DIRECT, GATHER]
 }
+
+const STRUCTS: &[Declared] =
+    &[TileParams::DECLARED, PixelRay::DECLARED, PixelChances::DECLARED, BinShare::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED];
+const RECEIVERS: Shader = trace::shader("trace/pixel_receivers", &[LOOKS, STRUCTS]);
+const DIRECT: Shader = trace::shader("trace/pixel_direct", &[STRUCTS]);
+const GATHER: Shader = trace::shader("trace/pixel_gather", &[NUMBERS, STRUCTS]);
 
 /// Rows of some consecutive pixels (row-major from the top left).
 #[derive(Debug, Clone, PartialEq)]
@@ -275,10 +295,10 @@ impl<'d> ImageTracer<'d> {
             windows,
             scene,
             options: *options,
-            receivers: Kernel::new(device, "trace/pixel_receivers", &[], &[specular])?,
-            direct: Kernel::new(device, "trace/pixel_direct", &[], &[glass])?,
-            gather: Kernel::new(device, "trace/pixel_gather", &[], &[glass, ("RAYS", f64::from(options.visibility_rays))])?,
-            near: Kernel::new(device, "trace/view_near", &[], &[glass])?,
+            receivers: Kernel::new(device, &RECEIVERS, &[specular])?,
+            direct: Kernel::new(device, &DIRECT, &[glass])?,
+            gather: Kernel::new(device, &GATHER, &[glass, ("RAYS", f64::from(options.visibility_rays))])?,
+            near: Kernel::new(device, &NEAR, &[glass])?,
             images: WindowImages::new(device, &tables, options.seed, direct_rays, LEAST_IMAGE_RAYS)?,
             light_paths: LightPathKernels::new(device)?,
             counters: device.zeros::<Counters>("path counters", 1)?,
@@ -571,7 +591,7 @@ impl<'d> ImageTracer<'d> {
             || PixelRay { number: pixel as u32, ..PixelRay::default() },
             |r| PixelRay {
                 origin: self.tables.normalization.point(r.origin).to_array(),
-                length: if r.length > 0.0 { (r.length * self.tables.normalization.scale) as f32 } else { 1e30 },
+                length: if r.length > 0.0 { (r.length * self.tables.normalization.scale) as f32 } else { FAR_AWAY as f32 },
                 direction: r.direction.as_vec3().to_array(),
                 number: pixel as u32,
             },

@@ -2,12 +2,12 @@
 //! (`trace/view_images`).
 
 use super::doubts::Chances;
-use super::{WORKGROUPS_PER_ROW, finish_dispatch};
+use super::{NUMBERS, WORKGROUPS_PER_ROW, finish_dispatch};
 use crate::error::Result;
-use crate::gpu::{Device, Kernel};
+use crate::gpu::{Device, Kernel, Shader};
 use crate::gpu_struct;
 use crate::kernels::trace::planes::SmoothPlane;
-use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, stream_seed};
+use crate::kernels::trace::{self, Counters, TraceScene, TraceStatistics, TraceTables, stream_seed};
 use crate::scene::Window;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
@@ -16,14 +16,23 @@ use std::ops::Range;
 gpu_struct! {
     /// The image of a point in a mirror (`trace/view_images.wgsl`).
     pub(crate) struct ImageView {
+        /// Image of the point.
         eye: [f32; 3],
+        /// Of the sensor or pixel: chooses the random numbers.
         number: u32,
+        /// The image's, unit length.
         normal: [f32; 3],
+        /// Number of the mirror's plane.
         plane: u32,
+        /// Of the point itself, and where its rays start.
         position: [f32; 3],
+        /// Distance of the image from the plane.
         depth: f32,
+        /// Unit normal of the plane, towards the point.
         mirror: [f32; 3],
+        /// Batch that it belongs to.
         batch: u32,
+        /// Of the mirror.
         material: u32,
         padding0: u32,
         padding1: u32,
@@ -42,17 +51,25 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What arrives by a sample (`trace/view_images.wgsl`).
+    /// What arrives by one sample, sr, and in which bin; if that is `MISSED`, nothing did, and it is what might have.
     pub(crate) struct ImageLight {
         light: [f32; 3],
         bin: u32,
     }
 }
 
+crate::gpu_constants! {
+    const MISSES = {
+        /// No bin.
+        const MISSED: u32 = u32::MAX;
+    }
+}
+
+pub(super) const IMAGES: Shader =
+    trace::shader("trace/view_images", &[NUMBERS, MISSES, &[ImageParams::DECLARED, ImageView::DECLARED, ImageLight::DECLARED]]);
+
 /// Rays to an image per ray to the windows themselves: polished surfaces show little of the light.
 const RAYS_PER_DIRECT_RAY: f64 = 0.25;
-/// `MISSED` of `view_images`.
-const MISSED: u32 = u32::MAX;
 /// Memory for the samples of a dispatch, bytes.
 const MOST_BYTES: usize = 1 << 26;
 
@@ -168,7 +185,7 @@ impl WindowImages {
         }
         let glass = ("HAS_GLASS", f64::from(u8::from(tables.features.glass)));
         let samples = ((f64::from(direct_samples) * RAYS_PER_DIRECT_RAY) as u32).max(least);
-        let kernel = Kernel::new(device, "trace/view_images", &[], &[glass])?;
+        let kernel = Kernel::new(device, &IMAGES, &[glass])?;
         Ok(Some(Self { kernel, samples, seed: stream_seed(seed, 0, 0x696d_6167) }))
     }
 

@@ -5,21 +5,27 @@ pub(crate) mod doubts;
 pub(crate) mod images;
 
 use crate::error::{Error, Result};
-use crate::gpu::{BindGroup, Buffer, Device, Kernel};
+use crate::gpu::{BindGroup, Buffer, Device, Kernel, Shader};
 use crate::gpu_struct;
-use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, check_finished, stream_seed};
+use crate::kernels::trace::{self, Counters, FAR_AWAY, TraceScene, TraceStatistics, TraceTables, check_finished, stream_seed};
 
 gpu_struct! {
     /// Parameters of `trace/light_paths`.
     pub(crate) struct LightPathParams {
         pub seed: u32,
+        /// Paths per bin and batch, a power of two.
         pub paths: u32,
+        /// Bins of all windows.
         pub bins: u32,
         pub window_count: u32,
+        /// Number of this vertex, from 0. Vertex 0 starts the paths.
         pub vertex: u32,
+        /// Whether another vertex follows.
         pub last: u32,
         pub batches: u32,
+        /// 1 if all receivers have the same normal.
         pub common_normal: u32,
+        /// Box around the receivers, and their normal if they have it in common.
         pub receivers_low: [f32; 3],
         pub padding0: u32,
         pub receivers_high: [f32; 3],
@@ -33,8 +39,10 @@ gpu_struct! {
     /// Parameters of `trace/light_compact`.
     pub(crate) struct CompactParams {
         pub bins: u32,
+        /// Light paths per bin and batch.
         pub paths: u32,
         pub batches: u32,
+        /// Room for lights per bin and batch.
         pub room: u32,
     }
 }
@@ -43,8 +51,10 @@ gpu_struct! {
     /// State of a light path between dispatches.
     pub(crate) struct LightPath {
         pub position: [f32; 3],
+        /// 0 when it has ended.
         pub alive: u32,
         pub direction: [f32; 3],
+        /// Random pairs used so far.
         pub pairs: u32,
         pub flux: [f32; 3],
         pub padding: u32,
@@ -55,9 +65,13 @@ gpu_struct! {
     /// A diffuse vertex of a light path.
     pub(crate) struct VirtualLight {
         pub position: [f32; 3],
+        /// Sum of the flux's components.
         pub strength: f32,
+        /// Of the side that emits, unit length.
         pub normal: [f32; 3],
+        /// Whether its path goes on to another vertex.
         pub goes_on: u32,
+        /// Flux that leaves diffusely; 0 where there is no light.
         pub flux: [f32; 3],
         pub padding2: u32,
     }
@@ -67,9 +81,12 @@ gpu_struct! {
     /// A receiver in the tracer's coordinates.
     pub(crate) struct Receiver {
         pub position: [f32; 3],
+        /// Number of the sensor or pixel: chooses its random numbers, whatever tile it is in.
         pub number: u32,
+        /// Unit length.
         pub normal: [f32; 3],
-        /// See `shared/receiver.wgsl`.
+        /// Of sensors of the view matrix: bits of an f32, by which `near_radius` is multiplied if it is above 1.
+        /// Of surface points before a camera: 1 if they lie on a shade, where light comes from everywhere. Else 0.
         pub role: u32,
     }
 }
@@ -84,10 +101,13 @@ gpu_struct! {
         pub window_count: u32,
         pub unit: f32,
         pub batches: u32,
+        /// Most diffuse reflections of a path.
         pub most_bounces: u32,
         pub near_radius: f32,
         pub roulette_weight: f32,
+        /// Whether images of the windows in plane mirrors are left out.
         pub images: u32,
+        /// Receivers from one batch to the next; 0 if all batches share them.
         pub batch_stride: u32,
     }
 }
@@ -98,30 +118,28 @@ const MOST_VERTICES: u32 = 1 << 14;
 /// Bound on what one path of `view_near` may add to one cell, sr.
 const NEAR_BOUND: f64 = 64.0;
 
-/// `LOOK_UNITS` of `view_near` and `pixel_receivers`.
-pub(crate) const LOOK_UNITS: f64 = 256.0;
-
-/// Workgroups of `view_near` and `view_images` along x.
-const WORKGROUPS_PER_ROW: u32 = 16384;
+crate::gpu_constants! {
+    pub(crate) const LOOKS = {
+        /// Units of a weight in `looks` of `view_near` and `pixel_receivers`.
+        pub(crate) const LOOK_UNITS: f64 = 256.0;
+    }
+}
+crate::gpu_constants! {
+    pub(crate) const NUMBERS = {
+        /// Workgroups of `view_near` and `view_images` along x; devices allow 65535 along each axis.
+        const WORKGROUPS_PER_ROW: u32 = 16384;
+    }
+}
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
-    use crate::kernels::trace;
-    vec![
-        Registered::new("trace/light_paths")
-            .with::<LightPathParams>()
-            .with::<LightPath>()
-            .with::<VirtualLight>()
-            .with::<trace::Material>()
-            .with::<trace::Window>()
-            .with::<trace::Ring>()
-            .with::<trace::Counters>(),
-        Registered::new("trace/light_compact").with::<CompactParams>().with::<VirtualLight>(),
-        Registered::new("trace/view_near").with::<NearParams>().with::<Receiver>(),
-        Registered::new("trace/view_images").with::<images::ImageParams>().with::<images::ImageView>().with::<images::ImageLight>(),
-    ]
+pub fn registered() -> Vec<Shader> {
+    vec![PATHS, COMPACT, NEAR, images::IMAGES]
 }
+
+const PATHS: Shader = trace::shader("trace/light_paths", &[&[LightPathParams::DECLARED, LightPath::DECLARED, VirtualLight::DECLARED]]);
+const COMPACT: Shader = trace::shader("trace/light_compact", &[&[CompactParams::DECLARED, VirtualLight::DECLARED]]);
+/// The kernel of [`near_paths`].
+pub(crate) const NEAR: Shader = trace::shader("trace/view_near", &[LOOKS, NUMBERS, &[NearParams::DECLARED, Receiver::DECLARED]]);
 
 /// How many light paths, and how long.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -167,10 +185,7 @@ pub(crate) struct LightPathKernels {
 
 impl LightPathKernels {
     pub fn new(device: &Device) -> Result<Self> {
-        Ok(Self {
-            paths: Kernel::new(device, "trace/light_paths", &[], &[])?,
-            compact: Kernel::new(device, "trace/light_compact", &[], &[])?,
-        })
+        Ok(Self { paths: Kernel::new(device, &PATHS, &[])?, compact: Kernel::new(device, &COMPACT, &[])? })
     }
 }
 
@@ -309,7 +324,7 @@ fn culling_of(receivers: &[Receiver]) -> LightPathParams {
 }
 
 fn no_culling() -> LightPathParams {
-    LightPathParams { receivers_low: [-1e30; 3], receivers_high: [1e30; 3], ..LightPathParams::default() }
+    LightPathParams { receivers_low: [-FAR_AWAY as f32; 3], receivers_high: [FAR_AWAY as f32; 3], ..LightPathParams::default() }
 }
 
 /// How the paths from receivers are sampled.

@@ -2,7 +2,7 @@
 
 use super::{Arrangement, Factor, Multiplier, Values, check_fit, lanes};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Chunk, Device, DeviceKind, Kernel, Plan, Registered, check_finite, source};
+use crate::gpu::{Buffer, Chunk, Device, DeviceKind, Kernel, Plan, Shader, check_finite};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -27,7 +27,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// Parameters of the product kernels; see `shared/gemm.wgsl`. All but the first count quads.
     pub struct GemmParams {
-        /// Terms of each sum, padded.
+        /// Terms of each sum, padded with zeros to a multiple of 8.
         pub inner: u32,
         /// First column of the tile in the right factor.
         pub first_column: u32,
@@ -50,25 +50,32 @@ crate::gpu_struct! {
 /// kernel, terms to the depth of a tile.
 const OUTER_MULTIPLE: usize = 128;
 const INNER_MULTIPLE: usize = 8;
-/// Invocations per workgroup of `product/pack`.
-const PACK_WORKGROUP: u64 = 64;
-/// Entries per side of a workgroup's tile in `product/gemm_tiled`.
-const TILE: u32 = 128;
-/// Subgroup sizes of software devices; with more lanes a tile's sums would not fit any registers.
-const LANES: [u32; 3] = [4, 8, 16];
-/// Shader features of [`Arrangement::Rows`] and [`Arrangement::Columns`].
-const ARRANGEMENTS: [&[&str]; 2] = [&[], &["columns"]];
 
-pub(super) fn registered() -> Vec<Registered> {
-    let mut all = vec![Registered::new("product/pack").with::<PackParams>()];
-    for features in ARRANGEMENTS {
-        all.push(Registered::new("product/gemm_tiled").features(features).with::<GemmParams>());
-        for lanes in LANES {
-            let text = lanes::wgsl(lanes);
-            all.push(Registered::new("product/gemm_subgroup").features(features).generated("generated/lanes", text).with::<GemmParams>());
-        }
+crate::gpu_constants! {
+    const NUMBERS = {
+        /// Invocations per workgroup of `product/pack`.
+        const PACK_WORKGROUP: u32 = 64;
+        /// Entries per side of a workgroup's tile in `product/gemm_tiled`.
+        const TILE: u32 = 128;
     }
-    all
+}
+
+const PACK: Shader = Shader::new("product/pack", &[NUMBERS, &[PackParams::DECLARED]]);
+const GEMM_TILED: Shader = Shader::new("product/gemm_tiled", &[NUMBERS, &[GemmParams::DECLARED]]);
+/// By the subgroup sizes of software devices; with more lanes a tile's sums would not fit any registers.
+const GEMM_SUBGROUP: [(u32, Shader); 3] = [
+    (4, Shader::new("product/gemm_subgroup", &[lanes::FOUR, &[GemmParams::DECLARED]])),
+    (8, Shader::new("product/gemm_subgroup", &[lanes::EIGHT, &[GemmParams::DECLARED]])),
+    (16, Shader::new("product/gemm_subgroup", &[lanes::SIXTEEN, &[GemmParams::DECLARED]])),
+];
+
+pub(super) fn registered() -> Vec<Shader> {
+    [PACK, GEMM_TILED].into_iter().chain(GEMM_SUBGROUP.map(|(_, shader)| shader)).collect()
+}
+
+/// The shader for the device's subgroups and their size, if it is fixed and there is one.
+fn subgroup_shader(device: &Device) -> Option<(u32, Shader)> {
+    GEMM_SUBGROUP.into_iter().find(|(lanes, _)| device.subgroup_size() == Some(*lanes))
 }
 
 /// Which kernel multiplies.
@@ -127,11 +134,7 @@ impl OnDevice {
     /// Refusal by the driver.
     pub fn new(device: &Device) -> Result<Self> {
         let software = device.summary().kind == DeviceKind::Cpu;
-        let kernel = if software && device.subgroup_size().is_some_and(|lanes| LANES.contains(&lanes)) {
-            DeviceKernel::Subgroup
-        } else {
-            DeviceKernel::Tiled
-        };
+        let kernel = if software && subgroup_shader(device).is_some() { DeviceKernel::Subgroup } else { DeviceKernel::Tiled };
         Self::with_kernel(device, kernel)
     }
 
@@ -140,31 +143,18 @@ impl OnDevice {
     /// # Errors
     /// A device without a fixed subgroup size for [`DeviceKernel::Subgroup`]; refusal by the driver.
     pub fn with_kernel(device: &Device, kernel: DeviceKernel) -> Result<Self> {
-        Self::build(device, kernel, |_, text| text.to_string())
-    }
-
-    /// As [`with_kernel`](Self::with_kernel) with every shader text passed through `alter`: tests
-    /// plant faults with it, to see that they are found.
-    pub(super) fn build(device: &Device, kernel: DeviceKernel, alter: impl Fn(&str, &str) -> String) -> Result<Self> {
-        const SHARED: &str = "shared/gemm";
-        const PACK: &str = "product/pack";
-        let text_of = |path: &str| alter(path, source(path).unwrap_or_default());
-        let pack = Kernel::with_generated(device, PACK, &[], &[], &[(PACK, &text_of(PACK))])?;
-        let (path, generated, workgroup, name) = match kernel {
-            DeviceKernel::Tiled => ("product/gemm_tiled", None, [TILE, TILE], "tiled"),
+        let (shader, workgroup, name) = match kernel {
+            DeviceKernel::Tiled => (GEMM_TILED, [TILE, TILE], "tiled"),
             DeviceKernel::Subgroup => {
-                let lanes = device
-                    .subgroup_size()
-                    .filter(|lanes| LANES.contains(lanes))
-                    .ok_or_else(|| Error::new(format!("'{}' has no fixed subgroup size among {LANES:?}", device.summary().name)))?;
-                ("product/gemm_subgroup", Some(lanes::wgsl(lanes)), [lanes::rows(lanes), lanes::columns(lanes)], "subgroup")
+                let (lanes, shader) = subgroup_shader(device).ok_or_else(|| {
+                    let sizes = GEMM_SUBGROUP.map(|(lanes, _)| lanes);
+                    Error::new(format!("'{}' has no fixed subgroup size among {sizes:?}", device.summary().name))
+                })?;
+                (shader, [lanes::rows(lanes), lanes::columns(lanes)], "subgroup")
             }
         };
-        let mut texts = vec![(SHARED, text_of(SHARED)), (path, text_of(path))];
-        texts.extend(generated.map(|text| ("generated/lanes", alter("generated/lanes", &text))));
-        let texts: Vec<(&str, &str)> = texts.iter().map(|(path, text)| (*path, text.as_str())).collect();
-        let variant = |features: &[&str]| Kernel::with_generated(device, path, features, &[], &texts);
-        let gemm = [variant(ARRANGEMENTS[0])?, variant(ARRANGEMENTS[1])?];
+        let pack = Kernel::new(device, &PACK, &[])?;
+        let gemm = [Kernel::new(device, &shader, &[("COLUMNS", 0.0)])?, Kernel::new(device, &shader, &[("COLUMNS", 1.0)])?];
         let limits = device.limits();
         let tile_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(1 << 30);
         Ok(Self { device: device.clone(), pack, gemm, workgroup, name, tile_bytes })
@@ -221,7 +211,7 @@ impl OnDevice {
         };
         let params = self.device.uniform("pack parameters", &params)?;
         let bindings = self.pack.bind(&[("params", &params), ("interleaved", &interleaved), ("planes", &packed.planes)])?;
-        let grid = self.device.grid(((rows * columns) as u64).div_ceil(PACK_WORKGROUP))?;
+        let grid = self.device.grid(((rows * columns) as u64).div_ceil(u64::from(PACK_WORKGROUP)))?;
         self.device.dispatch(&self.pack, &bindings, grid)?;
         Ok(packed)
     }

@@ -1,6 +1,12 @@
 //! The part of `product/gemm_subgroup` that depends on the number of lanes.
 
+use crate::gpu::Declared;
 use std::fmt::Write;
+
+/// For subgroups of so many lanes.
+pub(super) const FOUR: &[Declared] = &[Declared { name: "tile", wgsl: || wgsl(4) }];
+pub(super) const EIGHT: &[Declared] = &[Declared { name: "tile", wgsl: || wgsl(8) }];
+pub(super) const SIXTEEN: &[Declared] = &[Declared { name: "tile", wgsl: || wgsl(16) }];
 
 /// Rows of the tile of a subgroup with this many lanes.
 pub(super) fn rows(lanes: u32) -> u32 {
@@ -12,9 +18,9 @@ pub(super) fn columns(lanes: u32) -> u32 {
     8 * lanes
 }
 
-/// The WGSL of `package::generated::lanes`: the loop over the terms with a variable `r‹row›a` and
-/// `r‹row›b` for the two quads of sums of each row.
-pub(super) fn wgsl(lanes: u32) -> String {
+/// `LANES`, and the loop over the terms with a variable `r‹row›a` and `r‹row›b` for the two quads of
+/// sums of each row.
+fn wgsl(lanes: u32) -> String {
     let mut text = format!("const LANES: u32 = {lanes}u;\n");
     text.push_str("fn tile(first_left: u32, first_right: u32, row: u32, column: u32, component: u32) {\n");
     text.push_str("    var left_at = first_left;\n    var right_at = first_right;\n");

@@ -18,12 +18,12 @@ pub use native::Native;
 pub(crate) use native::{Strides, product_on_this_thread};
 
 use crate::error::{Error, Result};
-use crate::gpu::{Device, DeviceKind, Registered};
+use crate::gpu::{Device, DeviceKind, Shader};
 use crate::matrix::Matrix;
 use std::borrow::Cow;
 
 /// Shader variants of this module.
-pub fn registered() -> Vec<Registered> {
+pub fn registered() -> Vec<Shader> {
     device::registered()
 }
 

@@ -10,10 +10,10 @@ use super::Sun;
 use super::shades::Shades;
 pub(crate) use super::tracer::SunTracer;
 use crate::error::{Error, Result};
-use crate::gpu::Device;
+use crate::gpu::{DEFAULT_MEMORY, Device};
 use crate::gpu_struct;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{Normalization, TraceStatistics};
+use crate::kernels::trace::{Normalization, ROULETTE_WEIGHT, TraceStatistics};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
@@ -21,14 +21,16 @@ use crate::scene::{Scene, Window};
 use glam::{DVec3, Vec3};
 
 gpu_struct! {
-    /// A box that light must pass (`shared/gates.wgsl`).
+    /// The room that a shade takes up, in front of and behind its window, as a box.
     pub(crate) struct Gate {
+        /// Axes of the window's frame; z points into the room.
         x: [f32; 3],
         padding0: u32,
         y: [f32; 3],
         padding1: u32,
         z: [f32; 3],
         padding2: u32,
+        /// Limits along the axes.
         low: [f32; 3],
         padding3: u32,
         high: [f32; 3],
@@ -88,8 +90,8 @@ impl Default for SunOptions {
             scattered_by: ScatteredBy::Automatic,
             batches: 4,
             seed: 1,
-            roulette_weight: 0.05,
-            memory: 1 << 30,
+            roulette_weight: ROULETTE_WEIGHT,
+            memory: DEFAULT_MEMORY,
         }
     }
 }

@@ -8,6 +8,7 @@
 //! those that make it (`trace/sun_gather`): reflections keep solid angles, so an image counts as a sun
 //! does, and nothing is found twice, for each way of the light belongs to one image.
 
+use crate::kernels::trace::SMOOTH_ROUGHNESS2;
 use crate::scene::{Material, MaterialKind, Scene};
 use glam::{DMat3, DVec3};
 
@@ -40,9 +41,9 @@ pub struct Mirrors {
 pub fn is_mirror(material: &Material) -> bool {
     match material.kind {
         MaterialKind::Mirror { color } => color.iter().any(|c| *c > LITTLE),
-        MaterialKind::Plastic { specularity, roughness, .. } => specularity > LITTLE && roughness * roughness <= 1e-6,
+        MaterialKind::Plastic { specularity, roughness, .. } => specularity > LITTLE && roughness * roughness <= SMOOTH_ROUGHNESS2,
         MaterialKind::Metal { color, specularity, roughness } => {
-            roughness * roughness <= 1e-6 && color.iter().any(|c| c * specularity > LITTLE)
+            roughness * roughness <= SMOOTH_ROUGHNESS2 && color.iter().any(|c| c * specularity > LITTLE)
         }
         _ => false,
     }

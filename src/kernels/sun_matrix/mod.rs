@@ -72,7 +72,7 @@ impl Sun {
 }
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
+pub fn registered() -> Vec<crate::gpu::Shader> {
     let mut all = tracer::registered();
     all.extend(pixels::registered());
     all.extend(pane::registered());

@@ -1,35 +1,40 @@
 //! Straight sunlight at points behind pixels. Most pairs of a point and a sun do not see each other:
 //! those that may are listed first, so that their rays go side by side and nothing else does.
 
-use super::tracer::SunTracer;
+use super::geometry::Gate;
+use super::tracer::{SunRecord, SunTracer, SunVertex};
 use crate::error::Result;
-use crate::gpu::{Buffer, Device, Kernel};
+use crate::gpu::{Buffer, Declared, Device, Kernel, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed};
 
 gpu_struct! {
     /// Parameters of `trace/sun_candidates` and `trace/sun_straight`.
     pub(crate) struct PairParams {
         seed: u32,
+        /// Per batch.
         receivers: u32,
         suns: u32,
         batches: u32,
+        /// Openings, as `may_come_in` takes them.
         window_count: u32,
         gates: u32,
+        /// Points of the disc per receiver.
         disc_samples: u32,
+        /// Pairs that may see each other, where they are listed.
         candidates: u32,
     }
 }
 
 /// Shaders of this module, for the tests.
-pub(super) fn registered() -> Vec<crate::gpu::Registered> {
-    use super::geometry::Gate;
-    use super::tracer::SunRecord;
-    use crate::gpu::Registered;
-    let pairs = |path| Registered::new(path).with::<PairParams>().with::<Receiver>().with::<SunRecord>().with::<Gate>();
-    vec![pairs("trace/sun_candidates"), pairs("trace/sun_straight")]
+pub(super) fn registered() -> Vec<Shader> {
+    vec![CANDIDATES, STRAIGHT]
 }
+
+const STRUCTS: &[Declared] = &[PairParams::DECLARED, Receiver::DECLARED, SunRecord::DECLARED, SunVertex::DECLARED, Gate::DECLARED];
+const CANDIDATES: Shader = trace::shader("trace/sun_candidates", &[STRUCTS]);
+const STRAIGHT: Shader = trace::shader("trace/sun_straight", &[STRUCTS]);
 
 /// The two steps.
 pub(super) struct Pairs {
@@ -40,10 +45,7 @@ pub(super) struct Pairs {
 impl Pairs {
     /// `constants` are those of kernels that trace rays to suns.
     pub fn new(device: &Device, constants: &[(&str, f64)]) -> Result<Self> {
-        Ok(Self {
-            candidates: Kernel::new(device, "trace/sun_candidates", &[], &[])?,
-            straight: Kernel::new(device, "trace/sun_straight", &[], constants)?,
-        })
+        Ok(Self { candidates: Kernel::new(device, &CANDIDATES, &[])?, straight: Kernel::new(device, &STRAIGHT, constants)? })
     }
 
     /// Writes straight light to `sums` (`[batch][receiver][sun][straight rgb, scattered rgb]`). Every

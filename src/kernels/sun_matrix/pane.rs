@@ -40,10 +40,11 @@ pub use kinds::PaneBsdf;
 
 use super::Sun;
 use crate::error::{Error, Result};
-use crate::gpu::Device;
+use crate::gpu::{DEFAULT_MEMORY, Declared, Device, Shader};
 use crate::gpu_struct;
+use crate::kernels::bsdf_scattering;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::TraceStatistics;
+use crate::kernels::trace::{self, TraceStatistics};
 use crate::matrix::Matrix;
 use crate::progress::Progress;
 use crate::scene::points::Sensor;
@@ -57,27 +58,35 @@ gpu_struct! {
         seed: u32,
         receivers: u32,
         suns: u32,
+        /// Cells of the panes per batch.
         cells: u32,
         batches: u32,
         panes: u32,
+        /// Directions to a sun's disc per batch, where the disc itself is seen.
         disc_samples: u32,
+        /// Cells that one dispatch takes: of each batch where light is gathered, of all where ways are traced.
         first_cell: u32,
         end_cell: u32,
+        /// Receivers from one batch to the next; 0 if all batches share them.
         batch_stride: u32,
+        /// Size of a part of a cell seen from the receiver, radians.
         part_angle: f32,
         padding0: u32,
     }
 }
 
 gpu_struct! {
-    /// A pane.
+    /// A pane: its frame, and where its data begin.
     pub(crate) struct Pane {
         x: [f32; 3],
+        /// First word of its scattering function; NO_SCATTERING if it only transmits straight through.
         words: u32,
         y: [f32; 3],
         first_triangle: u32,
+        /// Into the room.
         z: [f32; 3],
         triangles: u32,
+        /// Factor on the scattering function.
         tint: [f32; 3],
         padding: u32,
     }
@@ -86,19 +95,26 @@ gpu_struct! {
 gpu_struct! {
     /// A sun seen through a pane.
     pub(crate) struct PaneSunRecord {
+        /// Towards its centre.
         direction: [f32; 3],
+        /// Angular radius as a chord.
         chord: f32,
+        /// Transmittance of the straight way.
         clear: [f32; 3],
+        /// Solid angle, sr.
         solid_angle: f32,
+        /// Squared radius within which scattered light meets the surround of a through-peak; 0: no peak.
         guard: f32,
+        /// Scattering function there, 1/sr.
         surround: f32,
+        /// Factor on the scattering function.
         scale: f32,
         padding: u32,
     }
 }
 
 gpu_struct! {
-    /// A triangle of a pane's area.
+    /// A triangle of a pane's area: all points corner + u edge1 + v edge2 with u + v < 1.
     pub(crate) struct PaneCell {
         corner: [f32; 3],
         pane: u32,
@@ -106,6 +122,7 @@ gpu_struct! {
         area: f32,
         edge2: [f32; 3],
         padding0: u32,
+        /// A random point inside, where light is followed.
         position: [f32; 3],
         padding1: u32,
     }
@@ -115,7 +132,9 @@ gpu_struct! {
     /// A point of the façade that an eye sees.
     pub(crate) struct FacadePoint {
         position: [f32; 3],
+        /// NO_PANE if there is none.
         pane: u32,
+        /// Towards the eye, unit length.
         outgoing: [f32; 3],
         number: u32,
     }
@@ -124,25 +143,47 @@ gpu_struct! {
 gpu_struct! {
     /// A sun as a cell sees it.
     pub(crate) struct PaneEnd {
+        /// What evaluation needs to know of the incident direction.
         key: [f32; 2],
+        /// x and y of the direction of travel in the pane's frame.
         direction: [f32; 2],
+        /// Cosine times solid angle times transmittance of the way; 0 if nothing arrives.
         strength: [f32; 3],
         padding: u32,
     }
 }
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
-    let new = |path| Registered::new(path).with::<PaneParams>().with::<Pane>().with::<PaneSunRecord>();
-    vec![
-        new("trace/pane_suns").with::<PaneCell>().with::<PaneEnd>(),
-        Registered::new("trace/pane_receivers").with::<PaneParams>().with::<Pane>().with::<PaneCell>().with::<Receiver>(),
-        new("trace/pane_gather").with::<PaneCell>().with::<PaneEnd>().with::<Receiver>(),
-        new("trace/pane_clear").with::<Receiver>(),
-        new("trace/pane_facade").with::<FacadePoint>(),
-    ]
+pub fn registered() -> Vec<Shader> {
+    vec![SUNS, RECEIVERS, GATHER, CLEAR, FACADE]
 }
+
+crate::gpu_constants! {
+    pub(super) const NUMBERS = {
+        /// In place of the first word of a scattering function, where there is none.
+        const NO_SCATTERING: u32 = u32::MAX;
+        /// In place of the number of a pane.
+        const NO_PANE: u32 = u32::MAX;
+        /// Suns that one invocation of `pane_gather` takes.
+        const GATHERED_SUNS: u32 = 4;
+    }
+}
+
+/// What all of them know, and who looks at panes.
+pub(super) const STRUCTS: &[Declared] = &[
+    PaneParams::DECLARED,
+    Pane::DECLARED,
+    PaneSunRecord::DECLARED,
+    PaneCell::DECLARED,
+    PaneEnd::DECLARED,
+    FacadePoint::DECLARED,
+    Receiver::DECLARED,
+];
+const SUNS: Shader = trace::shader("trace/pane_suns", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS]);
+const RECEIVERS: Shader = trace::shader("trace/pane_receivers", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS]);
+const GATHER: Shader = trace::shader("trace/pane_gather", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS]);
+const CLEAR: Shader = trace::shader("trace/pane_clear", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS]);
+const FACADE: Shader = trace::shader("trace/pane_facade", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS]);
 
 /// How much to sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,7 +205,7 @@ pub struct PaneOptions {
 
 impl Default for PaneOptions {
     fn default() -> Self {
-        Self { cells: 1024, disc_samples: 16, part_angle: 0.05, batches: 4, seed: 1, memory: 1 << 30 }
+        Self { cells: 1024, disc_samples: 16, part_angle: 0.05, batches: 4, seed: 1, memory: DEFAULT_MEMORY }
     }
 }
 

@@ -13,15 +13,15 @@ mod panes;
 
 use super::Sun;
 use super::geometry::{Openings, SunOptions, SunTracer};
-use super::pane::{FacadePoint, PaneBsdf, PaneOptions};
+use super::pane::{self, FacadePoint, PaneBsdf, PaneOptions};
 use crate::camera::{Camera, PixelSamples, Raster};
 use crate::error::Result;
-use crate::gpu::{Buffer, Device, Kernel};
+use crate::gpu::{Buffer, Device, Kernel, Shader};
 use crate::gpu_struct;
 use crate::kernels::glare::{PixelWeights, SharedNoise, SharedSums};
 use crate::kernels::image_matrix::PixelRay;
 use crate::kernels::light_paths::{Receiver, finish_dispatch};
-use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::kernels::trace::{self, Counters, FAR_AWAY, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
 use crate::kernels::view_matrix::mean_and_error;
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
@@ -37,7 +37,9 @@ gpu_struct! {
         pixels: u32,
         batches: u32,
         window_count: u32,
+        /// Materials from here on are those of shades.
         first_shade: u32,
+        /// Whether the windows are panes, where a ray ends.
         panes: u32,
         padding0: u32,
         padding1: u32,
@@ -48,13 +50,11 @@ gpu_struct! {
 const MOST_TILE: usize = 4096;
 
 /// Shaders of this module, for the tests.
-pub(super) fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
-    vec![
-        Registered::new("trace/sun_pixels").with::<SunPixelParams>().with::<PixelRay>().with::<Receiver>().with::<FacadePoint>(),
-        discs::registered(),
-    ]
+pub(super) fn registered() -> Vec<Shader> {
+    vec![PIXELS, discs::RAYS]
 }
+
+const PIXELS: Shader = trace::shader("trace/sun_pixels", &[pane::NUMBERS, pane::STRUCTS, &[SunPixelParams::DECLARED, PixelRay::DECLARED]]);
 
 /// Pixels in rising order and their values.
 pub type SparsePicture = Vec<(u32, [f32; 3])>;
@@ -277,7 +277,7 @@ impl<'a> Behind<'a> {
             raster,
             scene: tables.upload(device)?,
             tables,
-            kernel: Kernel::new(device, "trace/sun_pixels", &[], &[])?,
+            kernel: Kernel::new(device, &PIXELS, &[])?,
             counters: device.zeros::<Counters>("path counters", 1)?,
             samples: PixelSamples::new(batches as usize, 1.0, u64::from(seed))?,
             windows: windows.len(),
@@ -385,7 +385,7 @@ fn pixel_ray(tables: &TraceTables, raster: &Raster, samples: &PixelSamples, pixe
     ray.map_or_else(
         || PixelRay::new([0.0; 3], 0.0, [0.0, 0.0, 1.0], pixel as u32),
         |r| {
-            let length = if r.length > 0.0 { (r.length * tables.normalization.scale) as f32 } else { 1e30 };
+            let length = if r.length > 0.0 { (r.length * tables.normalization.scale) as f32 } else { FAR_AWAY as f32 };
             PixelRay::new(tables.normalization.point(r.origin).to_array(), length, r.direction.as_vec3().to_array(), pixel as u32)
         },
     )

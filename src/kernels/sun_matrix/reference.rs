@@ -4,6 +4,7 @@
 use super::Sun;
 use crate::kernels::trace::reference::intersect;
 use crate::kernels::trace::reference::{Estimate, Random, glass_pane};
+use crate::kernels::trace::{FRESNEL_THRESHOLD, smooth_fresnel};
 use crate::scene::{MaterialKind, Scene, Window};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -20,7 +21,7 @@ pub fn transmittance(scene: &Scene, origin: DVec3, direction: DVec3) -> [f64; 3]
         let through = match scene.materials[t.material.0 as usize].kind {
             MaterialKind::Glass { transmissivity, refraction_index } => glass_pane(transmissivity, refraction_index, cosine).0,
             MaterialKind::Trans { color, specularity, roughness: 0.0, transmissivity, transmitted_specularity } => {
-                let fresnel = if specularity >= 0.018 { (-5.85 * cosine).exp() - (-5.85f64).exp() } else { 0.0 };
+                let fresnel = if specularity >= FRESNEL_THRESHOLD { smooth_fresnel(cosine) } else { 0.0 };
                 color.map(|c| c * transmissivity * (1.0 - specularity) * transmitted_specularity * (1.0 - fresnel))
             }
             MaterialKind::Void => [1.0; 3],

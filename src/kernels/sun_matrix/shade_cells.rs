@@ -2,21 +2,27 @@
 
 use crate::gpu_struct;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{Material, TraceTables};
+use crate::kernels::trace::{MATERIAL_MIRROR, MATERIAL_SURFACE, Material, TraceTables};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 gpu_struct! {
-    /// A triangle of one side of a surface (`trace/sun_shade_points`).
+    /// A part of one side of a parallelogram, points corner + u edge1 + v edge2, or of a triangle, points corner +
+    /// √u ((1 − v) edge1 + v edge2); both uniform in u and v.
     pub(crate) struct ShadeCell {
         corner: [f32; 3],
+        /// Index + 1.
         material: u32,
         edge1: [f32; 3],
+        /// Cells up to this one, it included, have this probability, in units of 2⁻²⁴.
         limit: u32,
         edge2: [f32; 3],
+        /// Area that a point stands for, by probability and number of points.
         weight: f32,
+        /// Unit normal of its side.
         facing: [f32; 3],
         is_triangle: u32,
+        /// Least u (√u of a triangle) and v, and how far they reach.
         low: [f32; 2],
         size: [f32; 2],
     }
@@ -43,8 +49,13 @@ const EVEN_AFTER_LOOK: f64 = 0.1;
 /// What the first look does not tell about a strip.
 const LEAST_OPEN: f64 = 0.05;
 const LEAST_BRIGHT: f64 = 0.1;
-/// Random numbers have as many steps.
-const STEPS: u32 = 1 << 24;
+
+crate::gpu_constants! {
+    pub(super) const NUMBERS = {
+        /// Random numbers have as many steps.
+        const PROBABILITY_STEPS: u32 = 1 << 24;
+    }
+}
 
 /// A part of one side of a parallelogram, points `corner + u edge1 + v edge2`, or of a triangle, points `corner +
 /// √u ((1 − v) edge1 + v edge2)`; both uniform in u and v.
@@ -158,8 +169,8 @@ pub(super) struct Cells {
 /// see to that.
 fn is_plain(material: &Material) -> bool {
     match material.kind {
-        1 => material.specular == [0.0; 3] && (material.is_smooth() || material.specular_transmitted == [0.0; 3]),
-        kind => kind != 3,
+        MATERIAL_SURFACE => material.specular == [0.0; 3] && (material.is_smooth() || material.specular_transmitted == [0.0; 3]),
+        kind => kind != MATERIAL_MIRROR,
     }
 }
 
@@ -302,15 +313,15 @@ impl Cells {
     /// Records for `points`, drawn with these probabilities.
     pub fn records(&self, probabilities: &[f64], points: u32) -> Vec<ShadeCell> {
         // Every cell has a step; probabilities are those of the steps, exactly.
-        let free = f64::from(STEPS - self.cells.len() as u32);
+        let free = f64::from(PROBABILITY_STEPS - self.cells.len() as u32);
         let whole: f64 = probabilities.iter().sum();
         let (mut sum, mut before) = (0.0, 0);
         let mut records = Vec::with_capacity(self.cells.len());
         for (i, (cell, probability)) in self.cells.iter().zip(probabilities).enumerate() {
             sum += probability;
             let last = i + 1 == self.cells.len();
-            let limit = if last { STEPS } else { (sum / whole * free) as u32 + i as u32 + 1 };
-            let weight = f64::from(cell.area) * f64::from(STEPS) / (f64::from(limit - before) * f64::from(points));
+            let limit = if last { PROBABILITY_STEPS } else { (sum / whole * free) as u32 + i as u32 + 1 };
+            let weight = f64::from(cell.area) * f64::from(PROBABILITY_STEPS) / (f64::from(limit - before) * f64::from(points));
             records.push(record(cell, limit, weight as f32));
             before = limit;
         }

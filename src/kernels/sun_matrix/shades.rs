@@ -11,13 +11,13 @@
 //! paths of its own.
 
 use super::geometry::{ScatteredBy, SunOptions};
-use super::shade_cells::{Cells, ShadeCell, strided};
-use super::tracer::{SunTracer, SunVertex, mean_and_variance};
+use super::shade_cells::{self, Cells, ShadeCell, strided};
+use super::tracer::{SunRecord, SunTracer, SunVertex, VERTICES, mean_and_variance};
 use crate::error::Result;
-use crate::gpu::{Buffer, Kernel, Plan};
+use crate::gpu::{Buffer, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use rayon::prelude::*;
@@ -26,13 +26,19 @@ gpu_struct! {
     /// Parameters of `trace/sun_shade_points`.
     pub(crate) struct ShadePointParams {
         seed: u32,
+        /// The points of this dispatch: point `first + i` of all sets in a row is number `(first + i) % points`
+        /// of its set.
         first: u32,
         count: u32,
         points: u32,
         cells: u32,
+        /// Slots per path, the point itself counted.
         most_vertices: u32,
+        /// Share of its first weight below which roulette ends a path.
         roulette_weight: f32,
+        /// Whether point i lies in cell i, instead of where chance wants it.
         each_cell: u32,
+        /// From each point.
         paths: u32,
         padding0: u32,
         padding1: u32,
@@ -45,7 +51,9 @@ gpu_struct! {
     pub(crate) struct ShadeLinkParams {
         receivers: u32,
         points: u32,
+        /// Vertices per point.
         slots: u32,
+        /// Windows that light must leave through; from anywhere if there are none.
         window_count: u32,
         components: u32,
         padding0: u32,
@@ -59,10 +67,12 @@ gpu_struct! {
     pub(crate) struct ScatteredParams {
         seed: u32,
         lists: u32,
+        /// Suns of each set: numbers `set`, `set + stride` …
         suns: u32,
         stride: u32,
         all_suns: u32,
         components: u32,
+        /// Slots per path, which ends with its first vertex without material.
         path_slots: u32,
         padding1: u32,
     }
@@ -71,9 +81,12 @@ gpu_struct! {
 gpu_struct! {
     /// Vertices that a receiver, or a point, gets light from.
     pub(crate) struct VertexList {
+        /// Vertices, path by path.
         first: u32,
         count: u32,
+        /// Number of its first sun.
         first_sun: u32,
+        /// These choose its random numbers: lists of one stream share them out.
         stream: u32,
         index: u32,
         padding0: u32,
@@ -98,14 +111,18 @@ const MOST_LISTED: usize = 256;
 const MOST_PAIRS: usize = 1 << 20;
 
 /// Shaders of this module, for the tests.
-pub(super) fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
-    vec![
-        Registered::new("trace/sun_shade_points").with::<ShadePointParams>().with::<ShadeCell>().with::<SunVertex>(),
-        Registered::new("trace/sun_shade_links").with::<ShadeLinkParams>().with::<Receiver>().with::<SunVertex>(),
-        Registered::new("trace/sun_scattered").with::<ScatteredParams>().with::<VertexList>().with::<SunVertex>(),
-    ]
+pub(super) fn registered() -> Vec<Shader> {
+    vec![POINTS, LINKS, SCATTERED]
 }
+
+const POINTS: Shader = trace::shader(
+    "trace/sun_shade_points",
+    &[shade_cells::NUMBERS, &[ShadePointParams::DECLARED, ShadeCell::DECLARED, SunVertex::DECLARED]],
+);
+const LINKS: Shader =
+    trace::shader("trace/sun_shade_links", &[&[ShadeLinkParams::DECLARED, Receiver::DECLARED, SunVertex::DECLARED, SunRecord::DECLARED]]);
+const SCATTERED: Shader =
+    trace::shader("trace/sun_scattered", &[&[ScatteredParams::DECLARED, VertexList::DECLARED, SunVertex::DECLARED, SunRecord::DECLARED]]);
 
 /// Points that receivers share.
 pub(super) struct Shades<'t, 'd> {
@@ -164,10 +181,10 @@ impl<'t, 'd> Shades<'t, 'd> {
             cells,
             points,
             components: if tracer.tables.features.grey { 1 } else { 3 },
-            place: Kernel::new(device, "trace/sun_shade_points", &[], &[])?,
-            link: Kernel::new(device, "trace/sun_shade_links", &[], &panes)?,
-            gather: Kernel::new(device, "trace/sun_scattered", &[], &panes)?,
-            reflected: tracer.tables.features.glass.then(|| Kernel::new(device, "trace/sun_vertices", &[], &reflected)).transpose()?,
+            place: Kernel::new(device, &POINTS, &[])?,
+            link: Kernel::new(device, &LINKS, &panes)?,
+            gather: Kernel::new(device, &SCATTERED, &panes)?,
+            reflected: tracer.tables.features.glass.then(|| Kernel::new(device, &VERTICES, &reflected)).transpose()?,
             tracer,
         };
         Ok(Some((shades, suited)))

@@ -6,10 +6,10 @@ use super::geometry::{Gate, Openings, SunMatrix, SunOptions};
 use super::mirrors::Mirrors;
 use super::pairs::Pairs;
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Device, Kernel, Plan};
+use crate::gpu::{Buffer, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::{Receiver, finish_dispatch};
-use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
+use crate::kernels::trace::{self, Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
 use crate::scene::Scene;
 use crate::scene::points::Sensor;
 use glam::{DVec3, Vec3};
@@ -18,9 +18,14 @@ use std::cell::OnceCell;
 gpu_struct! {
     /// A sun (`shared/sun.wgsl`).
     pub(crate) struct SunRecord {
+        /// Unit vector towards the centre.
         direction: [f32; 3],
+        /// 2 sin(angular radius / 2): length of the chord from the centre to the rim of the disc on the
+        /// unit sphere; 0 for a point.
         chord: f32,
+        /// Solid angle it counts with, sr.
         solid_angle: f32,
+        /// Chooses its random numbers, whatever dispatch it is in.
         number: u32,
         padding0: u32,
         padding1: u32,
@@ -32,12 +37,16 @@ gpu_struct! {
     pub(crate) struct SunPathParams {
         seed: u32,
         receivers: u32,
+        /// Paths per receiver and batch that one sun uses.
         paths: u32,
         batches: u32,
         window_count: u32,
+        /// Slots per path.
         most_vertices: u32,
         roulette_weight: f32,
+        /// Receivers from one batch to the next; 0 if all batches share them.
         batch_stride: u32,
+        /// Sets of so many paths; suns take turns in using them.
         path_sets: u32,
         padding0: u32,
         padding1: u32,
@@ -52,17 +61,28 @@ gpu_struct! {
         receivers: u32,
         suns: u32,
         batches: u32,
+        /// Polygons of windows that light must pass, or boxes in their place; it comes from anywhere if
+        /// there are neither.
         window_count: u32,
+        /// Points of the disc per batch.
         disc_samples: u32,
+        /// Paths per receiver and batch, and their slots; 0 for straight light only.
         paths: u32,
         most_vertices: u32,
+        /// Receivers from one batch to the next; 0 if all batches share them.
         batch_stride: u32,
         gates: u32,
+        /// Sets of so many paths; the suns take turns.
         path_sets: u32,
+        /// Points of the disc's rim that are looked at where all other points agree: whatever covers a part of
+        /// the disc from one side is seen at its rim first.
         rim: u32,
+        /// Columns of the matrix that takes a direction to the sun to that of its image.
         image_x: [f32; 3],
+        /// Whether neighbours take neighbouring receivers, not suns: their rays go side by side.
         receivers_first: u32,
         image_y: [f32; 3],
+        /// Paths of this dispatch: some drivers end loops early. What is straight belongs to the first.
         first_path: u32,
         image_z: [f32; 3],
         end_path: u32,
@@ -72,13 +92,17 @@ gpu_struct! {
 gpu_struct! {
     /// Where a path meets a surface that scatters (`shared/receiver.wgsl`).
     pub(crate) struct SunVertex {
+        /// Beside the surface, on the side of arrival.
         position: [f32; 3],
+        /// Index + 1; 0 after the last vertex of a path.
         pub(super) material: u32,
         facing: [f32; 3],
+        /// From `position` through the surface to the other side.
         thickness: f32,
         incoming: [f32; 3],
         padding0: u32,
         throughput: [f32; 3],
+        /// That it stands for, if it is a point of a shade.
         area: f32,
     }
 }
@@ -96,20 +120,18 @@ const TURNS_OF_RAY: u32 = 120;
 const MOST_PAIRS: usize = 1 << 20;
 
 /// Shaders of this module, for the tests.
-pub(super) fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
+pub(super) fn registered() -> Vec<Shader> {
     let mut all = super::pairs::registered();
-    all.extend([
-        Registered::new("trace/sun_vertices").with::<SunPathParams>().with::<SunVertex>().with::<Receiver>(),
-        Registered::new("trace/sun_gather")
-            .with::<SunGatherParams>()
-            .with::<SunVertex>()
-            .with::<SunRecord>()
-            .with::<Gate>()
-            .with::<Receiver>(),
-    ]);
+    all.extend([VERTICES, GATHER]);
     all
 }
+
+pub(super) const VERTICES: Shader =
+    trace::shader("trace/sun_vertices", &[&[SunPathParams::DECLARED, SunVertex::DECLARED, Receiver::DECLARED]]);
+const GATHER: Shader = trace::shader(
+    "trace/sun_gather",
+    &[&[SunGatherParams::DECLARED, SunVertex::DECLARED, SunRecord::DECLARED, Gate::DECLARED, Receiver::DECLARED]],
+);
 
 /// A scene and its suns on the device.
 pub(crate) struct SunTracer<'d> {
@@ -195,14 +217,14 @@ impl<'d> SunTracer<'d> {
             panes,
             may_enter,
             most_paths: fewer(MOST_PATHS as u32) as usize,
-            vertices: Kernel::new(device, "trace/sun_vertices", &[], &[])?,
+            vertices: Kernel::new(device, &VERTICES, &[])?,
             gather: OnceCell::new(),
             pairs: OnceCell::new(),
             mirrored: if images.is_empty() {
                 None
             } else {
                 let constants = [("MIRRORED", 1.0), ("MAY_ENTER", f64::from(u8::from(may_enter)))];
-                Some((Kernel::new(device, "trace/sun_gather", &[], &constants)?, images))
+                Some((Kernel::new(device, &GATHER, &constants)?, images))
             },
             counters: device.zeros::<Counters>("path counters", 1)?,
             tables,
@@ -332,7 +354,7 @@ impl<'d> SunTracer<'d> {
                 ("STRAIGHT", f64::from(u8::from(!own_points))),
                 ("SCATTERED", f64::from(u8::from(self.options.scatters()))),
             ];
-            passes.push((made_once(&self.gather, || Kernel::new(device, "trace/sun_gather", &[], &constants))?, glam::Mat3::IDENTITY));
+            passes.push((made_once(&self.gather, || Kernel::new(device, &GATHER, &constants))?, glam::Mat3::IDENTITY));
         }
         if let Some((kernel, images)) = &self.mirrored {
             passes.extend(images.iter().map(|image| (kernel, *image)));

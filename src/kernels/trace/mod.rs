@@ -3,7 +3,7 @@
 use crate::bins::AngleBasis;
 use crate::bvh::Bvh;
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Device};
+use crate::gpu::{Buffer, Declared, Device, Shader};
 use crate::gpu_struct;
 use crate::matrix::Matrix;
 use crate::scene::{self, MaterialKind, Scene};
@@ -30,17 +30,17 @@ gpu_struct! {
     pub struct Material {
         /// Diffuse reflectance.
         pub diffuse: [f32; 3],
-        /// 0 absorber, 1 surface, 2 glass, 3 mirror.
+        /// `MATERIAL_ABSORBER` …
         pub kind: u32,
-        /// Specular reflectance; transmissivity of glass.
+        /// Specular reflectance (of the front for mirrors); transmissivity for glass.
         pub specular: [f32; 3],
-        /// RMS facet slope; refraction index of glass.
+        /// RMS facet slope; refraction index for glass.
         pub roughness: f32,
         /// Diffuse transmittance.
         pub diffuse_transmitted: [f32; 3],
-        /// Index + 1 of the window that this absorber is.
+        /// Index + 1 of the window that this absorber is; 0 otherwise.
         pub window: u32,
-        /// Specular transmittance.
+        /// Specular (straight through) transmittance.
         pub specular_transmitted: [f32; 3],
         /// Unused.
         pub padding: u32,
@@ -50,7 +50,7 @@ gpu_struct! {
 gpu_struct! {
     /// A window (`shared/window.wgsl`).
     pub struct Window {
-        /// Local x.
+        /// Local frame in world coordinates: z points into the room, y up.
         pub x: [f32; 3],
         /// Index of its first triangle.
         pub first_triangle: u32,
@@ -60,9 +60,9 @@ gpu_struct! {
         pub triangles: u32,
         /// Normal, into the room.
         pub z: [f32; 3],
-        /// In tracer units.
+        /// In the tracer's units.
         pub area: f32,
-        /// Its first bin among all.
+        /// Index of the first bin among all windows' bins.
         pub first_bin: u32,
         /// Number of bins.
         pub bins: u32,
@@ -74,13 +74,13 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A ring of a window's basis (`shared/bins.wgsl`).
+    /// One ring of a window's basis. Squared cosines, because acos is inexact on some devices.
     pub struct Ring {
-        /// Squared cosine of the lower polar limit.
+        /// At the lower polar limit (1 at the pole).
         pub cos2_low: f32,
-        /// Squared cosine of the upper polar limit.
+        /// At the upper polar limit (0 at the horizon).
         pub cos2_high: f32,
-        /// First bin within the window.
+        /// First bin, counted within the window.
         pub first: u32,
         /// Number of bins.
         pub bins: u32,
@@ -89,7 +89,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// Paths finished and failed, paths still alive, segments traced (`shared/counters.wgsl`).
-    pub struct Counters {
+    pub struct Counters: atomic {
         /// Paths that ended properly.
         pub finished: u32,
         /// Paths the device cut off.
@@ -101,10 +101,53 @@ gpu_struct! {
     }
 }
 
-const ABSORBER: u32 = 0;
-const SURFACE: u32 = 1;
-const GLASS: u32 = 2;
-const MIRROR: u32 = 3;
+crate::gpu_constants! {
+    const NUMBERS = {
+        const PI: f64 = std::f64::consts::PI;
+        const TAU: f64 = std::f64::consts::TAU;
+        const FRAC_1_PI: f64 = std::f64::consts::FRAC_1_PI;
+        const FRAC_PI_4: f64 = std::f64::consts::FRAC_PI_4;
+        /// Where rays end that nothing stops, in the tracer's units.
+        pub(crate) const FAR_AWAY: f64 = 1e30;
+        /// Kinds of materials: windows, light and glow, which end a path;
+        pub(crate) const MATERIAL_ABSORBER: u32 = 0;
+        /// plastic, metal and trans;
+        pub(crate) const MATERIAL_SURFACE: u32 = 1;
+        pub(crate) const MATERIAL_GLASS: u32 = 2;
+        pub(crate) const MATERIAL_MIRROR: u32 = 3;
+        /// Squared roughness up to which surfaces are smooth.
+        pub(crate) const SMOOTH_ROUGHNESS2: f64 = 1e-6;
+        /// Specular fraction from which Radiance applies its Fresnel approximation to smooth surfaces
+        /// (FRESTHRESH).
+        pub(crate) const FRESNEL_THRESHOLD: f64 = 0.018;
+        /// See [`smooth_fresnel`].
+        const FRESNEL_DECAY: f64 = 5.85;
+        /// exp(−`FRESNEL_DECAY`).
+        const FRESNEL_GRAZING: f64 = 0.002_879_899_16;
+        /// Ends paths that wander between mirrors.
+        const MOST_PATH_SEGMENTS: u32 = 256;
+    }
+}
+
+/// Radiance's approximation to Fresnel's law for smooth surfaces: what they add to their specular
+/// reflection at this cosine of incidence, as a share of the rest. 0 at normal incidence.
+pub(crate) fn smooth_fresnel(cosine: f64) -> f64 {
+    (-FRESNEL_DECAY * cosine).exp() - (-FRESNEL_DECAY).exp()
+}
+
+/// Path weight below which Russian roulette decides, unless a caller says otherwise (Radiance's `-lw`).
+pub const ROULETTE_WEIGHT: f32 = 0.05;
+
+/// Fixed-point units that a dispatch may add to a cell; half the range, since area sampling of small
+/// windows exceeds their mean solid angle a little.
+pub(crate) const CELL_CAPACITY: f32 = (1u32 << 31) as f32;
+
+const STRUCTS: &[Declared] = &[Material::DECLARED, Window::DECLARED, Ring::DECLARED, Counters::DECLARED];
+
+/// A shader that traces rays: what is declared here is shared by all of them.
+pub(crate) const fn shader(path: &'static str, declared: &'static [&'static [Declared]]) -> Shader {
+    Shader::new(path, declared).sharing(&[NUMBERS, STRUCTS])
+}
 
 /// From the user's coordinates to the tracer's: the origin in the middle of the windows, lengths
 /// in units of their size, so that f32 keeps its digits where they matter.
@@ -283,7 +326,8 @@ impl TraceTables {
     pub fn has_other_reflections(&self) -> bool {
         let other = |(&material, &plane): (&u32, &u32)| {
             let m = &self.materials[material as usize];
-            (plane == 0 && m.kind != ABSORBER && m.specular != [0.0; 3]) || (m.kind == SURFACE && m.specular_transmitted != [0.0; 3])
+            (plane == 0 && m.kind != MATERIAL_ABSORBER && m.specular != [0.0; 3])
+                || (m.kind == MATERIAL_SURFACE && m.specular_transmitted != [0.0; 3])
         };
         self.planes.len() > 1 || self.triangle_materials.iter().zip(&self.triangle_planes).any(other)
     }
@@ -358,10 +402,10 @@ impl TraceTables {
         for material in used.into_iter().map(|m| &self.materials[m as usize]) {
             let colours = [material.diffuse, material.specular, material.diffuse_transmitted, material.specular_transmitted];
             features.grey &= colours.iter().all(|c| c[0] == c[1] && c[1] == c[2]);
-            features.glass |= material.kind == GLASS;
-            features.specular |= material.kind == GLASS
-                || material.kind == MIRROR
-                || (material.kind == SURFACE && (material.specular != [0.0; 3] || material.specular_transmitted != [0.0; 3]));
+            features.glass |= material.kind == MATERIAL_GLASS;
+            features.specular |= material.kind == MATERIAL_GLASS
+                || material.kind == MATERIAL_MIRROR
+                || (material.kind == MATERIAL_SURFACE && (material.specular != [0.0; 3] || material.specular_transmitted != [0.0; 3]));
         }
         features
     }
@@ -430,14 +474,14 @@ fn push_rings(rings: &mut Vec<Ring>, basis: &AngleBasis) {
 }
 
 fn absorber(window: u32) -> Material {
-    Material { kind: ABSORBER, window, ..bytemuck::Zeroable::zeroed() }
+    Material { kind: MATERIAL_ABSORBER, window, ..bytemuck::Zeroable::zeroed() }
 }
 
 /// Radiance's material parameters as the shares of light that the shaders use.
 impl Material {
     /// Whether it reflects and transmits as a mirror and a pane do.
     pub fn is_smooth(&self) -> bool {
-        self.roughness * self.roughness <= 1e-6
+        self.roughness * self.roughness <= SMOOTH_ROUGHNESS2 as f32
     }
 }
 
@@ -452,7 +496,7 @@ fn pane_kind(material: &Material) -> f32 {
 
 fn material_record(kind: &MaterialKind) -> Material {
     let scaled = |c: [f64; 3], f: f64| c.map(|v| (v * f) as f32);
-    let surface = Material { kind: SURFACE, ..bytemuck::Zeroable::zeroed() };
+    let surface = Material { kind: MATERIAL_SURFACE, ..bytemuck::Zeroable::zeroed() };
     match *kind {
         MaterialKind::Plastic { color, specularity, roughness } => Material {
             diffuse: scaled(color, 1.0 - specularity),
@@ -478,9 +522,9 @@ fn material_record(kind: &MaterialKind) -> Material {
             }
         }
         MaterialKind::Glass { transmissivity, refraction_index } => {
-            Material { kind: GLASS, specular: scaled(transmissivity, 1.0), roughness: refraction_index as f32, ..surface }
+            Material { kind: MATERIAL_GLASS, specular: scaled(transmissivity, 1.0), roughness: refraction_index as f32, ..surface }
         }
-        MaterialKind::Mirror { color } => Material { kind: MIRROR, specular: scaled(color, 1.0), ..surface },
+        MaterialKind::Mirror { color } => Material { kind: MATERIAL_MIRROR, specular: scaled(color, 1.0), ..surface },
         MaterialKind::Light { .. } | MaterialKind::Glow { .. } | MaterialKind::Void => absorber(0),
     }
 }

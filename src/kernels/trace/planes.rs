@@ -56,9 +56,9 @@ impl SmoothPlane {
 /// Whether a surface of this material reflects as a mirror does, on one side at least.
 pub(super) fn reflects(material: &Material) -> bool {
     match material.kind {
-        super::GLASS => true,
-        super::MIRROR => material.specular != [0.0; 3],
-        super::SURFACE => material.is_smooth() && material.specular != [0.0; 3],
+        super::MATERIAL_GLASS => true,
+        super::MATERIAL_MIRROR => material.specular != [0.0; 3],
+        super::MATERIAL_SURFACE => material.is_smooth() && material.specular != [0.0; 3],
         _ => false,
     }
 }

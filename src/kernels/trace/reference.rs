@@ -2,6 +2,7 @@
 //! from the definition of V and D and sharing nothing with the shaders but the scene and the bins.
 //! Slow and noisy, but plainly right; results come with their standard error.
 
+use super::{FRESNEL_THRESHOLD, SMOOTH_ROUGHNESS2, smooth_fresnel};
 use crate::bins::{AngleBasis, ReinhartSky};
 use crate::scene::{MaterialKind, Scene, Window};
 use glam::DVec3;
@@ -132,9 +133,9 @@ fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut
         }
         _ => return None,
     };
-    let smooth = rough * rough <= 1e-6;
-    let (specular, rest) = if smooth && largest(specular) >= 0.018 {
-        let f = (-5.85 * cosine).exp() - (-5.85f64).exp();
+    let smooth = rough * rough <= SMOOTH_ROUGHNESS2;
+    let (specular, rest) = if smooth && largest(specular) >= FRESNEL_THRESHOLD {
+        let f = smooth_fresnel(cosine);
         (specular.map(|s| s + f * (1.0 - s)), 1.0 - f)
     } else {
         (specular, 1.0)

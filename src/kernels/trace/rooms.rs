@@ -1,5 +1,6 @@
 //! Small scenes for the tests of the tracing kernels.
 
+use super::smooth_fresnel;
 use crate::bins::{Frame, KlemsBasis};
 use crate::scene::points::Sensor;
 use crate::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle, Window};
@@ -195,5 +196,5 @@ pub fn mirrored_irradiance(w: &Window, eye: &Sensor, mirrors: &[PlaneMirror<'_>]
 
 /// What smooth plastic of this specularity reflects as a mirror.
 pub fn polish(specularity: f64) -> impl Fn(f64) -> f64 {
-    move |cosine| specularity + (1.0 - specularity) * ((-5.85 * cosine).exp() - (-5.85f64).exp())
+    move |cosine| specularity + (1.0 - specularity) * smooth_fresnel(cosine)
 }

@@ -21,14 +21,15 @@ mod tests;
 mod unobstructed;
 
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Device, Kernel, Plan};
+use crate::gpu::{Buffer, DEFAULT_MEMORY, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::images::{Beholder, WindowImages};
 use crate::kernels::light_paths::{
-    LightPathKernels, LightPathOptions, LightPaths, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
+    LightPathKernels, LightPathOptions, LightPaths, NEAR, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
 };
 use crate::kernels::trace::{
-    Counters, TraceScene, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, doubt, stream_seed,
+    self, CELL_CAPACITY, Counters, ROULETTE_WEIGHT, TraceScene, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces,
+    doubt, stream_seed,
 };
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
@@ -43,6 +44,7 @@ gpu_struct! {
         seed: u32,
         sensors: u32,
         bins: u32,
+        /// Lights per bin and batch.
         lights: u32,
         batches: u32,
         near_radius: f32,
@@ -59,6 +61,7 @@ gpu_struct! {
         samples: u32,
         bins: u32,
         window_count: u32,
+        /// Fixed-point units per sample and full window.
         unit: f32,
         batches: u32,
         padding_number: u32,
@@ -107,37 +110,40 @@ impl Default for ViewOptions {
             near_samples: 512,
             batches: 8,
             seed: 1,
-            roulette_weight: 0.05,
+            roulette_weight: ROULETTE_WEIGHT,
             near_radius: 0.4,
             keep_batches: false,
             first_round: true,
-            memory: 1 << 30,
+            memory: DEFAULT_MEMORY,
         }
     }
 }
 
-/// Fixed-point units that `view_direct` may add to one cell; half the range, since area sampling
-/// of small windows exceeds their mean solid angle a little.
-const DIRECT_CAPACITY: f32 = (1u32 << 31) as f32;
 /// Lights that are wanted within a sensor's near radius, see `ViewTracer::reach`.
 const LIGHTS_NEARBY: f64 = 60.0;
+
+crate::gpu_constants! {
+    const NUMBERS = {
+        /// Most rays from a sensor to the vertices of one bin.
+        const MOST_VISIBILITY_RAYS: u32 = 32;
+    }
+}
+
 /// Rays to each image of the windows, at least.
 const LEAST_IMAGE_RAYS: u32 = 16;
-/// `MOST_RAYS` of `view_gather`.
-const MOST_VISIBILITY_RAYS: u32 = 32;
 /// Virtual lights of one round, at most, bytes.
 const MOST_LIGHT_BYTES: u64 = 1 << 27;
 /// Bounds the loops of `view_gather`.
 const MOST_LIGHT_PATHS: u32 = 1 << 13;
 
 /// Shaders of this module, for the tests.
-pub fn registered() -> Vec<crate::gpu::Registered> {
-    use crate::gpu::Registered;
-    vec![
-        Registered::new("trace/view_gather").with::<GatherParams>().with::<Receiver>().with::<VirtualLight>(),
-        Registered::new("trace/view_direct").with::<DirectParams>().with::<Receiver>(),
-    ]
+pub fn registered() -> Vec<Shader> {
+    vec![GATHER, DIRECT]
 }
+
+const GATHER: Shader =
+    trace::shader("trace/view_gather", &[NUMBERS, &[GatherParams::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED]]);
+const DIRECT: Shader = trace::shader("trace/view_direct", &[&[DirectParams::DECLARED, Receiver::DECLARED]]);
 
 /// Computes V for `sensors` and all `windows` in one pass: rows sensors, columns the windows' bins
 /// one window after the other, RGB.
@@ -237,9 +243,9 @@ impl<'d> ViewTracer<'d> {
             scene,
             options: *options,
             light_paths: LightPathKernels::new(device)?,
-            gather: Kernel::new(device, "trace/view_gather", &[], &[glass[0], ("RAYS", f64::from(options.visibility_rays))])?,
-            direct: Kernel::new(device, "trace/view_direct", &[], &glass)?,
-            near: Kernel::new(device, "trace/view_near", &[], &glass)?,
+            gather: Kernel::new(device, &GATHER, &[glass[0], ("RAYS", f64::from(options.visibility_rays))])?,
+            direct: Kernel::new(device, &DIRECT, &glass)?,
+            near: Kernel::new(device, &NEAR, &glass)?,
             images: WindowImages::new(device, &tables, options.seed, options.direct_samples, LEAST_IMAGE_RAYS)?,
             counters: device.zeros::<Counters>("path counters", 1)?,
             tables,
@@ -364,7 +370,7 @@ impl<'d> ViewTracer<'d> {
             samples: o.direct_samples,
             bins: bins as u32,
             window_count: self.tables.windows.len() as u32,
-            unit: DIRECT_CAPACITY / o.direct_samples as f32,
+            unit: CELL_CAPACITY / o.direct_samples as f32,
             batches: o.batches,
             padding_number: 0,
         };

@@ -4,6 +4,7 @@
 use super::pictures::{Addition, Output, PictureView, Request, write_pictures};
 use super::suns::TracedSuns;
 use crate::error::{Error, Result, Warnings};
+use crate::gpu::DEFAULT_MEMORY;
 use crate::image::series::Pattern;
 use crate::kernels::product::Multiplier;
 use crate::kernels::trace::TraceStatistics;
@@ -32,8 +33,6 @@ use std::time::Instant;
 
 /// Samples for a target, as a multiple of the standard ones, at most.
 const MOST_SAMPLES: f64 = 16.0;
-/// Memory for the product of pictures, bytes.
-const PICTURE_MEMORY: u64 = 1 << 30;
 
 /// What a run has made before its pictures.
 #[derive(Clone, Copy)]
@@ -168,7 +167,7 @@ fn write(
     let output = Output::Hdr(Pattern::inside(&folder, "img_%04d.hdr")?);
     let header = [software()];
     let request =
-        Request { coefficients: &coefficients, hours: &numbers, output: &output, header: &header, memory: PICTURE_MEMORY, addition };
+        Request { coefficients: &coefficients, hours: &numbers, output: &output, header: &header, memory: DEFAULT_MEMORY, addition };
     write_pictures(made.multiplier, &mut view, &request, job.context.progress, warnings)?;
     Ok(hours.len())
 }

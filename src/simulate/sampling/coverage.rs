@@ -260,6 +260,10 @@ fn intervals_hold_the_truth_in_95_percent_of_cases_where_few_samples_find_the_li
     let share = all.iter().map(|(_, f)| f.share()).sum::<f64>() / all.len() as f64;
     eprintln!("all: {:.2} %", 100.0 * share);
     assert!((share - 0.95).abs() <= OF_ALL, "{:.2} %", 100.0 * share);
+    let each: Vec<String> = all.iter().map(|(_, found)| format!("{:.1}", 100.0 * found.share())).collect();
+    let found = format!("{} %; together {:.1} %", each.join(", "), 100.0 * share);
+    let held = format!("± {:.1} % each, ± {:.1} % together", 100.0 * OF_ONE, 100.0 * OF_ALL);
+    crate::testing::measured("coverage", &found, &held);
 }
 
 /// Hits drawn without any tracing: `mean` of them per batch, each worth 1.

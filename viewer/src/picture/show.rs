@@ -4,6 +4,7 @@ use super::model::{MOST_SIDE, Mode, PictureFile, Tone, View};
 use crate::plot::color32;
 use eframe::egui::{Color32, ColorImage};
 use lucarne::image::palette::{Palette, Scale};
+use lucarne::units::LUMINOUS_EFFICACY;
 use rayon::prelude::*;
 
 /// Colours of a palette as a table: positions of a scale by one logarithm or division each.
@@ -71,13 +72,13 @@ struct ToneMap {
 
 impl ToneMap {
     fn new(view: &View, white: f64) -> Self {
-        let white = (white / 179.0).max(1e-12) * 2f64.powf(-view.stops);
+        let white = (white / LUMINOUS_EFFICACY).max(1e-12) * 2f64.powf(-view.stops);
         let gamma = (0..=4095).map(|i| ((f64::from(i) / 4095.0).powf(1.0 / 2.2) * 255.0).round() as u8).collect();
         Self { gain: (1.0 / white) as f32, tone: view.tone, gamma }
     }
 
     fn color(&self, rgb: [f32; 3], luminance: f32) -> Color32 {
-        let l = (luminance / 179.0 * self.gain).max(0.0);
+        let l = (luminance / LUMINOUS_EFFICACY as f32 * self.gain).max(0.0);
         let factor = match self.tone {
             Tone::Linear => 1.0,
             Tone::Reinhard => 4.0 / (1.0 + 4.0 * l),

@@ -3,6 +3,7 @@
 use crate::bsdf::evaluate::Scattering;
 use crate::bsdf::{Block, Blocks, TensorTree};
 use crate::error::{Error, Result, Warnings};
+use crate::kernels::trace::{FRESNEL_THRESHOLD, SMOOTH_ROUGHNESS2, smooth_fresnel};
 use crate::scene::MaterialKind;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -28,15 +29,12 @@ pub enum PaneBsdf {
         diffuse: [f64; 3],
         /// Transmittance of the part that is not scattered.
         clear: [f64; 3],
-        /// Specular reflectance; from 0.018 on it rises towards grazing angles.
+        /// Specular reflectance; from [`FRESNEL_THRESHOLD`] on it rises towards grazing angles.
         specularity: f64,
         /// The even scattering as data; black without it.
         lobe: Scattering,
     },
 }
-
-/// Specular fraction from which Radiance applies its Fresnel approximation to smooth surfaces.
-const FRESNEL_THRESHOLD: f64 = 0.018;
 
 impl PaneBsdf {
     /// The pane of a window surface's material.
@@ -49,7 +47,7 @@ impl PaneBsdf {
             MaterialKind::Glass { transmissivity, refraction_index } => Ok(Self::Glass { transmissivity, refraction_index }),
             MaterialKind::Void => Ok(Self::Trans { diffuse: [0.0; 3], clear: [1.0; 3], specularity: 0.0, lobe: even()? }),
             MaterialKind::Trans { color, specularity, roughness, transmissivity, transmitted_specularity } => {
-                if roughness * roughness > 1e-6 && transmitted_specularity > 0.0 {
+                if roughness * roughness > SMOOTH_ROUGHNESS2 && transmitted_specularity > 0.0 {
                     return Err(Error::new("a rough trans spreads the sun; as a window's pane only a smooth one is known")
                         .field("trans")
                         .help("give its scattering data as a BSDF file, or roughness 0"));
@@ -111,7 +109,7 @@ impl PaneBsdf {
     /// Factor on the scattering function for this incidence.
     pub(super) fn scale(&self, incident: DVec3) -> f64 {
         match self {
-            Self::Trans { specularity, .. } if *specularity >= FRESNEL_THRESHOLD => 1.0 - ((-5.85 * incident.z).exp() - (-5.85f64).exp()),
+            Self::Trans { specularity, .. } if *specularity >= FRESNEL_THRESHOLD => 1.0 - smooth_fresnel(incident.z),
             _ => 1.0,
         }
     }

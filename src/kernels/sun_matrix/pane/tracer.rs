@@ -3,7 +3,7 @@
 use super::tables::{pane_cells, sun_record};
 use super::{FacadePoint, Pane, PaneBsdf, PaneCell, PaneEnd, PaneOptions, PaneParams, PaneSun, PaneSunRecord, Sun};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Device, Kernel, Plan};
+use crate::gpu::{Buffer, Device, Kernel, Plan, Shader};
 use crate::kernels::bsdf_scattering::{PackedBsdfs, Tables};
 use crate::kernels::light_paths::{Receiver, finish_dispatch};
 use crate::kernels::trace::{Counters, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed};
@@ -71,7 +71,7 @@ impl<'d> PaneTracer<'d> {
             let first = bsdf.scattering().map(|s| words.push(s, Tables::Evaluate)).transpose().map_err(at)?;
             panes.push(Pane {
                 x: record.x,
-                words: first.unwrap_or(u32::MAX),
+                words: first.unwrap_or(super::NO_SCATTERING),
                 y: record.y,
                 first_triangle: record.first_triangle,
                 z: record.z,
@@ -144,8 +144,8 @@ impl<'d> PaneTracer<'d> {
         })
     }
 
-    fn kernel(&self, path: &str) -> Result<Kernel> {
-        Kernel::new(self.device, path, &[], &[("HAS_GLASS", self.glass)])
+    fn kernel(&self, shader: &Shader) -> Result<Kernel> {
+        Kernel::new(self.device, shader, &[("HAS_GLASS", self.glass)])
     }
 
     /// Runs a kernel and checks that all of it ran.
@@ -204,7 +204,7 @@ impl<'d> PaneTracer<'d> {
                 ("ends", &ends),
                 ("bsdf_words", &shared.words),
             ];
-            self.dispatch(&self.kernel("trace/pane_suns")?, true, &own, &shared, [all, count, 1], "suns at panes", statistics)?;
+            self.dispatch(&self.kernel(&super::SUNS)?, true, &own, &shared, [all, count, 1], "suns at panes", statistics)?;
         }
         Ok(SunsAtPanes { shared, suns, ends, count })
     }
@@ -227,8 +227,8 @@ impl<'d> PaneTracer<'d> {
         if self.scatters {
             let passed = self.device.zeros::<[f32; 4]>("receivers at cells", tile.count * all)?;
             self.ways_to_cells(shared, tile, &passed, statistics)?;
-            let kernel = Kernel::new(self.device, "trace/pane_gather", &[], &[])?;
-            let grid = [tile.count, suns.count.div_ceil(GATHERED_SUNS), batches];
+            let kernel = Kernel::new(self.device, &super::GATHER, &[])?;
+            let grid = [tile.count, suns.count.div_ceil(super::GATHERED_SUNS as usize), batches];
             while params.end_cell < params.cells {
                 params.first_cell = params.end_cell;
                 params.end_cell = (params.first_cell + GATHERED_CELLS).min(params.cells);
@@ -255,7 +255,7 @@ impl<'d> PaneTracer<'d> {
             let own =
                 [("params", &uniform), ("panes", &shared.panes), ("receivers", tile.receivers), ("suns", &suns.suns), ("sums", &sums)];
             let grid = [tile.count, suns.count, batches];
-            self.dispatch(&self.kernel("trace/pane_clear")?, true, &own, shared, grid, "suns seen through panes", statistics)?;
+            self.dispatch(&self.kernel(&super::CLEAR)?, true, &own, shared, grid, "suns seen through panes", statistics)?;
             parts[1] = self.device.read_finite(&sums)?;
         }
         Ok(parts)
@@ -264,7 +264,7 @@ impl<'d> PaneTracer<'d> {
     /// What share of light passes between receivers and cells, `[batch][cell][receiver]`. Cells are an axis
     /// of the dispatch, and a device takes only so many workgroups along it.
     fn ways_to_cells(&self, shared: &Shared, tile: &Tile<'_>, passed: &Buffer, statistics: &mut TraceStatistics) -> Result<()> {
-        let kernel = self.kernel("trace/pane_receivers")?;
+        let kernel = self.kernel(&super::RECEIVERS)?;
         let most = self.device.limits().max_compute_workgroups_per_dimension.min(self.most_cells);
         let all = self.cells.len() as u32;
         for first_cell in (0..all).step_by(most.max(1) as usize) {
@@ -301,7 +301,7 @@ impl<'d> PaneTracer<'d> {
             ("bsdf_words", &suns.shared.words),
         ];
         let grid = [tile.count, suns.count, batches];
-        self.dispatch(&self.kernel("trace/pane_facade")?, true, &own, &suns.shared, grid, "suns on the façade", statistics)?;
+        self.dispatch(&self.kernel(&super::FACADE)?, true, &own, &suns.shared, grid, "suns on the façade", statistics)?;
         self.device.read_finite(&sums)
     }
 
@@ -373,8 +373,6 @@ impl<'d> PaneTracer<'d> {
     }
 }
 
-/// Suns of one invocation of `pane_gather`.
-const GATHERED_SUNS: usize = 4;
 /// Cells of one dispatch of it. Mesa's lavapipe ends all loops of an invocation after 65,535 turns; a cell
 /// takes at most 65 points × (4 suns × 54 steps down a tree of 2⁹ cells + 10 rings) = 14,700.
 const GATHERED_CELLS: u32 = 4;

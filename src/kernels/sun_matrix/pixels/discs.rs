@@ -5,13 +5,14 @@
 
 use super::super::Sun;
 use super::super::geometry::{Gate, SunTracer};
+use super::super::tracer::{SunRecord, SunVertex};
 use super::{Pixels, SeenDisc, SunPicture};
 use crate::camera::{Camera, Raster};
 use crate::error::Result;
 use crate::glare::PixelGeometry;
-use crate::gpu::{Device, Kernel};
+use crate::gpu::{Device, Kernel, Shader};
 use crate::gpu_struct;
-use crate::kernels::trace::{TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed};
 use crate::scene::Window;
 use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::{DVec3, Mat3};
@@ -34,6 +35,7 @@ gpu_struct! {
         gates: u32,
         padding0: u32,
         padding1: u32,
+        /// Columns of the matrix that takes a direction to the sun to that of its image.
         image_x: [f32; 3],
         padding2: u32,
         image_y: [f32; 3],
@@ -52,10 +54,10 @@ const RIM: f64 = 0.087;
 /// Rays of one dispatch.
 const MOST_RAYS: usize = 1 << 20;
 
-/// Shaders of this module, for the tests.
-pub(super) fn registered() -> crate::gpu::Registered {
-    crate::gpu::Registered::new("trace/sun_rays").with::<SunRayParams>().with::<SunRay>().with::<Gate>()
-}
+pub(super) const RAYS: Shader = trace::shader(
+    "trace/sun_rays",
+    &[&[SunRayParams::DECLARED, SunRay::DECLARED, Gate::DECLARED, SunRecord::DECLARED, SunVertex::DECLARED]],
+);
 
 /// What stands between the eye and discs.
 pub(super) struct Way<'a> {
@@ -113,7 +115,7 @@ pub(super) fn add(
     let scene = View::new(eye, way, seed);
     let images = if way.images { way.tracer.images() } else { &[] };
     let [panes, may_enter] = way.tracer.constants();
-    let kernel = |mirrored: f64| Kernel::new(device, "trace/sun_rays", &[], &[panes, may_enter, ("MIRRORED", mirrored)]);
+    let kernel = |mirrored: f64| Kernel::new(device, &RAYS, &[panes, may_enter, ("MIRRORED", mirrored)]);
     let (straight, mirrored) = (kernel(0.0)?, if images.is_empty() { None } else { Some(kernel(1.0)?) });
     for image in std::iter::once(None).chain(images.iter().map(Some)) {
         let kernel = mirrored.as_ref().filter(|_| image.is_some()).unwrap_or(&straight);

@@ -75,7 +75,7 @@ fn directions_fall_into_the_bins_of_the_tables() {
         let unanswered = BinAnswer { window_bin: u32::MAX, sky_bin: u32::MAX, ..BinAnswer::default() };
         let answers = device.upload("answers", &vec![unanswered; n]).unwrap();
         let own = [("params", &params), ("sky_rows", &rows), ("probes", &questions), ("answers", &answers)];
-        run(&device, "diagnostic/probe_bins", Some(&scene), &own, [(n as u32).div_ceil(64), 1, 1], None);
+        run(&device, &super::BINS, Some(&scene), &own, [(n as u32).div_ceil(64), 1, 1], None);
         let in_window = |d: DVec3| basis.bin_of(frame.to_local(d));
         let in_sky = |d: DVec3| sky.bin_of(d);
         let (mut differing, mut sky_differing, mut worst) = ([0, 0], [0, 0], 0.0f64);

@@ -89,7 +89,7 @@ fn assert_tight(device: &Device, rays: u64) {
             device.write(&counts, &[LeakCounts::default()]).unwrap();
             run(
                 device,
-                "diagnostic/probe_leaks",
+                &super::LEAKS,
                 Some(&scene),
                 &[("params", &params), ("leaks", &counts)],
                 [CHAINS / 64, 1, 1],

@@ -14,7 +14,7 @@ fn answers(device: &Device, probes: &[MaterialProbe]) -> Vec<MaterialAnswer> {
     // The file of the functions under test binds the scene's materials, which they do not use.
     let materials = device.zeros::<Material>("materials", 1).unwrap();
     let own = [("materials", &materials), ("probes", &questions), ("answers", &answers)];
-    run(device, "diagnostic/probe_material", None, &own, groups, None);
+    run(device, &super::MATERIAL, None, &own, groups, None);
     device.read(&answers).unwrap()
 }
 

@@ -51,7 +51,7 @@ fn the_shader_draws_the_same_bits() {
         let params = RandomProbeParams { seed, dimension_pair: pair, first, count };
         let params = device.uniform("params", &params).unwrap();
         let points = device.upload("points", &vec![[f32::NAN; 2]; count as usize]).unwrap();
-        run(&device, "diagnostic/probe_random", None, &[("params", &params), ("points", &points)], [count.div_ceil(64), 1, 1], None);
+        run(&device, &super::RANDOM, None, &[("params", &params), ("points", &points)], [count.div_ceil(64), 1, 1], None);
         for (i, found) in device.read::<[f32; 2]>(&points).unwrap().into_iter().enumerate() {
             let expected = sample_pair(first.wrapping_add(i as u32), pair, seed).map(|bits| bits as f32 / (1 << 24) as f32);
             assert_eq!(found.map(f32::to_bits), expected.map(f32::to_bits), "point {i} of pair {pair}");

@@ -50,7 +50,7 @@ fn check(device: &Device, what: &str, exact: &[[DVec3; 3]], tables: &TraceTables
     let questions = device.upload("rays", rays).unwrap();
     let answers = device.upload("answers", &vec![RayAnswer { distance: f32::NAN, ..RayAnswer::default() }; rays.len()]).unwrap();
     let groups = [(rays.len() as u32).div_ceil(64), 1, 1];
-    run(device, "diagnostic/probe_rays", Some(&scene), &[("rays", &questions), ("answers", &answers)], groups, Some(rays.len() as u64));
+    run(device, &super::RAYS, Some(&scene), &[("rays", &questions), ("answers", &answers)], groups, Some(rays.len() as u64));
     let (mut hits, mut doubtful) = (0, 0);
     for (ray, answer) in rays.iter().zip(device.read::<RayAnswer>(&answers).unwrap()) {
         let [origin, direction] = [ray.origin, ray.direction].map(|v| glam::Vec3::from_array(v).as_dvec3());

@@ -73,14 +73,7 @@ fn windows_are_sampled_uniformly_in_solid_angle() {
         let params = device.uniform("params", &params).unwrap();
         let unanswered = WindowAnswer { weight: f32::NAN, ..WindowAnswer::default() };
         let answers = device.upload("answers", &vec![unanswered; count as usize]).unwrap();
-        run(
-            &device,
-            "diagnostic/probe_windows",
-            Some(&scene),
-            &[("params", &params), ("answers", &answers)],
-            [count.div_ceil(64), 1, 1],
-            None,
-        );
+        run(&device, &super::WINDOWS, Some(&scene), &[("params", &params), ("answers", &answers)], [count.div_ceil(64), 1, 1], None);
         // Cells of an 8 × 8 grid on each window: sums of weights against their exact solid angles.
         let cells = 8;
         let mut found = vec![0.0; 2 * cells * cells];
@@ -136,7 +129,7 @@ fn points_of_a_window_are_uniform_in_area() {
         device.uniform("params", &WindowProbeParams { eye: [0.0, 5.0, 0.0], seed: 3, count, window_count: 1, padding: [0; 2] }).unwrap();
     let answers =
         device.upload("answers", &vec![WindowAnswer { point: [f32::NAN; 3], ..WindowAnswer::default() }; count as usize]).unwrap();
-    run(&device, "diagnostic/probe_windows", Some(&scene), &[("params", &params), ("answers", &answers)], [count.div_ceil(64), 1, 1], None);
+    run(&device, &super::WINDOWS, Some(&scene), &[("params", &params), ("answers", &answers)], [count.div_ceil(64), 1, 1], None);
     // Cells of 0.25 m: 32 in the first part, 24 in the second.
     let mut counts = std::collections::BTreeMap::new();
     for answer in device.read::<WindowAnswer>(&answers).unwrap() {
