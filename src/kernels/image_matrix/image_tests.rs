@@ -108,7 +108,7 @@ fn light_by_a_polished_wall_is_in_every_picture() {
     let Some(device) = Device::for_tests("images of windows in pictures") else { return };
     let options = ImageOptions { bounces: Some(1), ..ImageOptions::default() };
     // The whole image, and one of which the wall's upper edge shows half.
-    for (top, least) in [(2.5, 0.92), (1.3, 0.92)] {
+    for top in [2.5, 1.3] {
         let wall = polished(top, options);
         let seeds = 24;
         let compare = |seeds: u32| {
@@ -118,7 +118,9 @@ fn light_by_a_polished_wall_is_in_every_picture() {
         };
         let (share, off, error) = compare(seeds);
         assert!(off < 1.0 && error < 4e-3, "{off} {error}");
-        assert!(share >= least, "{share}");
+        // Three standard deviations of the binomial distribution.
+        let cases = f64::from(seeds) * wall.wanted.len() as f64;
+        assert!(share > 0.95 - 3.0 * (0.95 * 0.05 / cases).sqrt(), "{share}");
         for (path, from, to) in [
             ("trace/view_images", "towards - 2.0 * rise * view.mirror", "towards - 1.9 * rise * view.mirror"),
             ("trace/view_images", "passed * weight, bin", "passed * passed * weight, bin"),
