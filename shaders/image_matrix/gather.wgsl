@@ -3,13 +3,15 @@
 //
 // As in `view_matrix/gather`, what arrives with nothing in the way is summed exactly; but a pixel has few
 // rays for all bins together, drawn in proportion to the connections. A bin's share of rays that
-// arrive is its own where it has rays, and that of the whole pixel where it has none.
+// arrive is its own where it has rays, and that of the whole pixel where it has none; what the rays
+// found of all bins together is kept.
 
-import package::generated::{BinShare, Receiver, TileParams, VirtualLight, FRAC_1_PI, MOST_VISIBILITY_RAYS};
+import package::generated::{BinShare, FRAC_1_PI, MOST_VISIBILITY_RAYS, PixelChances, Receiver, TileParams, VirtualLight};
 import package::shared::pixel::{pixel_cell};
 import package::shared::connection::{connection};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::window::{direct_transmittance};
+import package::shared::material::{largest};
 import package::shared::counters::{count_finished};
 
 // Rays per receiver.
@@ -27,6 +29,8 @@ override RAYS: u32 = 16u;
 @group(0) @binding(11) var<storage, read> lights: array<VirtualLight>;
 // [batch][bin]
 @group(0) @binding(12) var<storage, read> light_counts: array<u32>;
+// [batch][pixel]
+@group(0) @binding(13) var<storage, read_write> chances: array<PixelChances>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
@@ -90,6 +94,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     }
     var traced = 0.0;
     var arrived = vec3<f32>(0.0);
+    var hits = 0.0;
     for (var ray = 0u; ray < found; ray++) {
         let light = lights[chosen[ray].y];
         let to_light = light.position - receiver.position;
@@ -100,9 +105,30 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         shares[cell].arrived += passed;
         traced += 1.0;
         arrived += passed;
+        hits += select(0.0, 1.0, largest(passed) > 0.0);
     }
+    // A channel's share of what one ray stands for.
+    let each = step * (FRAC_1_PI / 3.0 / f32(params.paths));
+    let place = batch * params.pixels + pixel;
+    chances[place].gathered += each * traced;
+    chances[place].gathered_squares += each * each * traced;
+    chances[place].gathered_hits += each * hits;
     let mean_share = select(vec3<f32>(1.0), arrived / max(traced, 1.0), traced > 0.0);
-    let scale = weight * (FRAC_1_PI / f32(params.paths));
+    var scale = weight * (FRAC_1_PI / f32(params.paths));
+    if hits > 0.0 && hits < traced {
+        // Bins with rays have shares of their own, one after the other.
+        let one = vec3<f32>(1.0);
+        let wanted = total * dot(mean_share, one);
+        var sum = wanted;
+        for (var ray = 0u; ray < found; ray++) {
+            if ray + 1u == found || chosen[min(ray + 1u, MOST_VISIBILITY_RAYS - 1u)].x != chosen[ray].x {
+                let share = shares[pixel_cell(shape, chosen[ray].x, batch, pixel)];
+                let part = (share.arrived + mean_share) / (share.traced + 1.0);
+                sum += dot(share.unobstructed, one) * dot(part - mean_share, one);
+            }
+        }
+        scale *= wanted / sum;
+    }
     for (var bin = 0u; bin < params.bins; bin++) {
         let cell = pixel_cell(shape, bin, batch, pixel);
         let share = shares[cell];

@@ -1,7 +1,7 @@
 // View matrix: what virtual lights cannot give. Paths from the sensor, one per invocation, that
 // either start with a specular surface or meet a diffuse one nearer than `near_radius`, there
 // weighted by what `view_matrix/gather` leaves out. Windows seen by one reflection in a plane may be left to
-// `view_matrix/images`.
+// `light_paths/images`.
 
 import package::generated::{
     NearParams, Receiver, FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_ABSORBER, MATERIAL_GLASS,

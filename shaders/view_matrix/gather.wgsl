@@ -23,7 +23,8 @@ override RAYS: u32 = 8u;
 @group(0) @binding(8) var<storage, read> lights: array<VirtualLight>;
 // Lights in use: [batch][bin].
 @group(0) @binding(10) var<storage, read> light_counts: array<u32>;
-// [batch][bin][sensor][rgb], sr before division by the number of paths.
+// [batch][bin][sensor][rgb, and two of what may arrive], sr before division by the number of paths. These two
+// tell what few hits leave open: the sum of what the rays stand for, all channels together, and of its squares.
 @group(0) @binding(9) var<storage, read_write> sums: array<f32>;
 
 @compute @workgroup_size(64)
@@ -71,18 +72,29 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         found += 1u;
     }
     var arrived = vec3<f32>(0.0);
+    var squares = 0.0;
+    var alike = 0.0;
     var ray = 0u;
     for (; ray < RAYS; ray++) {
+        // Rays to one light find it together.
+        alike += 1.0;
+        if ray + 1u == RAYS || chosen[min(ray + 1u, RAYS - 1u)] != chosen[ray] {
+            squares += alike * alike;
+            alike = 0.0;
+        }
         let light = lights[chosen[ray]];
         let to_light = light.position - sensor.position;
         let distance = length(to_light);
         let passed = direct_transmittance(sensor.position, to_light / distance, distance * 0.999999);
         arrived += passed * light.flux / light.strength;
     }
-    let cell = ((batch * params.bins + bin) * params.sensors + sensor_index) * 3u;
-    let total = arrived * (step * FRAC_1_PI);
+    let cell = ((batch * params.bins + bin) * params.sensors + sensor_index) * 5u;
+    let weight = step * FRAC_1_PI;
+    let total = arrived * weight;
     sums[cell] += total.x;
     sums[cell + 1u] += total.y;
     sums[cell + 2u] += total.z;
+    sums[cell + 3u] += weight * f32(RAYS);
+    sums[cell + 4u] += weight * weight * squares;
     count_finished(ray == RAYS);
 }

@@ -13,6 +13,7 @@ use lucarne::kernels::view_matrix::{self, ViewOptions};
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix};
 use lucarne::scene::{Scene, Window, read_scene, read_sensors, read_windows};
+use lucarne::simulate::inputs::mirrors;
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -159,6 +160,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
 fn view(args: &ViewArgs, warnings: &mut Warnings) -> Result<()> {
     let common = &args.common;
     let (scene, windows) = common.read(&[], warnings)?;
+    mirrors::warn(&scene, &windows, warnings);
     if let Some(file) = &args.picture.view {
         return picture(args, file, &scene, &windows);
     }

@@ -36,6 +36,7 @@ sources![
     "image_matrix/gather",
     "image_matrix/receivers",
     "light_paths/compact",
+    "light_paths/images",
     "light_paths/near",
     "light_paths/paths",
     "product/gemm_subgroup",
@@ -69,7 +70,6 @@ sources![
     "sun_matrix/sun",
     "view_matrix/direct",
     "view_matrix/gather",
-    "view_matrix/images",
 ];
 
 /// The text of a shader file, by its path below `shaders/` without `.wgsl`.

@@ -15,7 +15,7 @@ const LEAST: usize = 2;
 const MARK: &str = "mutation::with(";
 
 /// Kernels without so many faults, by their path below `shaders/`; the list may only become shorter.
-const WITHOUT_FAULTS: &[&str] = &["image_matrix/direct", "image_matrix/gather", "image_matrix/receivers"];
+const WITHOUT_FAULTS: &[&str] = &[];
 
 /// Shaders by their path below a folder without `.wgsl`, without comments.
 fn shaders(root: &Path) -> BTreeMap<String, String> {

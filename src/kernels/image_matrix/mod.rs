@@ -12,10 +12,16 @@
 //! | direct irradiance from the windows | `image_matrix/direct` |
 //! | light paths shared by all pixels | `light_paths/paths`, `image_matrix/gather` |
 //! | short connections, mirrors | `light_paths/near` |
+//! | the windows' images in plane smooth surfaces, by one reflection | `light_paths/images` |
 //!
 //! The share of light that arrives in a bin is estimated from that bin's rays and, where it has
-//! few, from those of the whole pixel: consistent, exact where nothing is in the way.
+//! few, from those of the whole pixel: exact where nothing is in the way. All bins together have what the rays
+//! found, so that a pixel's brightness under an even window has no bias. What few rays leave open
+//! is part of the stated errors.
 
+pub mod doubts;
+#[cfg(test)]
+mod image_tests;
 #[cfg(test)]
 mod tests;
 
@@ -23,14 +29,18 @@ use crate::camera::{PixelSamples, Raster};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, DEFAULT_MEMORY, Declared, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
+use crate::kernels::light_paths::doubts::BinShares;
+use crate::kernels::light_paths::images::{Beholder, WindowImages};
 use crate::kernels::light_paths::{
-    LightPathKernels, LightPathOptions, LightPaths, NEAR, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
+    LOOKS, LightPathKernels, LightPathOptions, LightPaths, NEAR, NearOptions, NearPaths, Receiver, VirtualLight, finish_dispatch,
+    near_paths,
 };
 use crate::kernels::trace::{
     self, Counters, FAR_AWAY, ROULETTE_WEIGHT, TraceScene, TraceStatistics, TraceTables, WindowSurfaces, stream_seed,
 };
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
+use glam::Vec3;
 use rayon::prelude::*;
 
 gpu_struct! {
@@ -66,6 +76,22 @@ gpu_struct! {
         direction: [f32; 3],
         /// Number of the pixel in the picture.
         number: u32,
+    }
+}
+
+gpu_struct! {
+    /// What few hits leave open, of a pixel's surface point in a batch; irradiance, sr.
+    pub(crate) struct PixelChances {
+        /// Straight from the windows: with nothing in the way; how many rays, and how many of them arrived.
+        straight: f32,
+        rays: f32,
+        hits: f32,
+        /// By light paths: sum of what the rays stand for, of its squares, and of those that arrived.
+        gathered: f32,
+        gathered_squares: f32,
+        gathered_hits: f32,
+        padding0: f32,
+        padding1: f32,
     }
 }
 
@@ -149,6 +175,8 @@ crate::gpu_constants! {
     }
 }
 
+/// Rays to each image of the windows, at least.
+const LEAST_IMAGE_RAYS: u32 = 4;
 /// Lights of all bins that an invocation of `image_matrix/gather` goes through, at most.
 const MOST_LIGHTS: u32 = 1 << 14;
 /// Vertices of light paths whose lights are connected together, at least.
@@ -161,8 +189,9 @@ pub fn registered() -> Vec<Shader> {
     vec![RECEIVERS, DIRECT, GATHER]
 }
 
-const STRUCTS: &[Declared] = &[TileParams::DECLARED, PixelRay::DECLARED, BinShare::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED];
-const RECEIVERS: Shader = trace::shader("image_matrix/receivers", &[STRUCTS]);
+const STRUCTS: &[Declared] =
+    &[TileParams::DECLARED, PixelRay::DECLARED, PixelChances::DECLARED, BinShare::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED];
+const RECEIVERS: Shader = trace::shader("image_matrix/receivers", &[LOOKS, STRUCTS]);
 const DIRECT: Shader = trace::shader("image_matrix/direct", &[STRUCTS]);
 const GATHER: Shader = trace::shader("image_matrix/gather", &[NUMBERS, STRUCTS]);
 
@@ -175,8 +204,10 @@ pub struct PixelRows {
     pub pixels: usize,
     /// `[pixel][bin][rgb]`
     pub values: Vec<f32>,
-    /// Standard error of each value.
+    /// Standard error of each value: the spread of the batches, and the doubts.
     pub standard_error: Vec<f32>,
+    /// What few rays leave open, which the batches do not know of.
+    pub doubts: doubts::PixelDoubts,
     /// The part seen without any diffuse reflection: the windows themselves.
     pub direct_view: Vec<f32>,
     /// The independent estimates that `values` is the mean of: `[pixel][batch][bin][rgb]`.
@@ -210,7 +241,7 @@ pub fn compute(
         return Err(Error::new(format!("{} visibility rays are outside 1 to {MOST_VISIBILITY_RAYS}", o.visibility_rays)));
     }
     let tables = TraceTables::new(scene, windows, WindowSurfaces::Absorb)?;
-    let tracer = ImageTracer::new(device, tables, o)?;
+    let tracer = ImageTracer::new(device, windows, tables, o)?;
     let mut statistics = TraceStatistics::default();
     let bins = tracer.tables.bins() as u64;
     let batches = u64::from(o.batches);
@@ -238,6 +269,7 @@ pub fn compute(
 
 struct ImageTracer<'d> {
     device: &'d Device,
+    windows: &'d [Window],
     tables: TraceTables,
     scene: TraceScene,
     options: ImageOptions,
@@ -245,22 +277,29 @@ struct ImageTracer<'d> {
     direct: Kernel,
     gather: Kernel,
     near: Kernel,
+    /// Where there are plane mirrors.
+    images: Option<WindowImages>,
     light_paths: LightPathKernels,
     counters: Buffer,
 }
 
 impl<'d> ImageTracer<'d> {
-    fn new(device: &'d Device, tables: TraceTables, options: &ImageOptions) -> Result<Self> {
+    fn new(device: &'d Device, windows: &'d [Window], tables: TraceTables, options: &ImageOptions) -> Result<Self> {
         let scene = tables.upload(device)?;
         let glass = ("HAS_GLASS", f64::from(u8::from(tables.features.glass)));
+        let specular = ("HAS_SPECULAR", f64::from(u8::from(tables.features.specular)));
+        // As many rays to an image as a batch has, for its share of those to the windows themselves.
+        let direct_rays = options.window_samples.div_ceil(options.traced_every);
         Ok(Self {
             device,
+            windows,
             scene,
             options: *options,
-            receivers: Kernel::new(device, &RECEIVERS, &[])?,
+            receivers: Kernel::new(device, &RECEIVERS, &[specular])?,
             direct: Kernel::new(device, &DIRECT, &[glass])?,
             gather: Kernel::new(device, &GATHER, &[glass, ("RAYS", f64::from(options.visibility_rays))])?,
             near: Kernel::new(device, &NEAR, &[glass])?,
+            images: WindowImages::new(device, &tables, options.seed, direct_rays, LEAST_IMAGE_RAYS)?,
             light_paths: LightPathKernels::new(device)?,
             counters: device.zeros::<Counters>("path counters", 1)?,
             tables,
@@ -283,6 +322,7 @@ impl<'d> ImageTracer<'d> {
             pixels: count,
             values: vec![0.0; count * bins * 3],
             standard_error: vec![0.0; count * bins * 3],
+            doubts: doubts::PixelDoubts::none(BinShares::of(&self.tables, self.windows), count),
             direct_view: vec![0.0; count * bins * 3],
             batches: vec![0.0; self.options.batches as usize * count * bins * 3],
             straight: if self.options.straight { vec![0.0; count * bins * 3] } else { Vec::new() },
@@ -293,6 +333,10 @@ impl<'d> ImageTracer<'d> {
         let tile = self.trace(raster, samples, &inside, statistics)?;
         let batches = self.options.batches as usize;
         let row_len = bins * 3;
+        for (pixel, &place) in inside.iter().enumerate() {
+            rows.doubts.set(place - first, self.doubts(&tile, pixel, inside.len()));
+        }
+        let doubts = &rows.doubts;
         // Subpixels of each group.
         let subpixels = self.options.subpixels;
         let part = |subpixel: u32| (subpixel * self.options.batches / subpixels) as usize;
@@ -306,7 +350,9 @@ impl<'d> ImageTracer<'d> {
             .zip(rows.batches.par_chunks_mut(batches * row_len))
             .enumerate()
             .for_each(|(pixel, (((values, errors), direct_view), estimates))| {
+                let place = pixel;
                 let Ok(pixel) = inside.binary_search(&(first + pixel)) else { return };
+                let by_chance = tile.looks[pixel][0] > 0;
                 for (i, ((value, error), direct)) in values.iter_mut().zip(errors).zip(direct_view).enumerate() {
                     let (bin, c) = (i / 3, i % 3);
                     let (mut sum, mut squares) = (0.0f64, 0.0f64);
@@ -316,15 +362,19 @@ impl<'d> ImageTracer<'d> {
                         let at = batch * inside.len() + pixel;
                         let mut v = f64::from(tile.sums[((bin * batches + batch) * inside.len() + pixel) * 3 + c]);
                         if let Some(near) = &tile.near {
-                            v += f64::from(near[(at * bins + bin) * 3 + c]) * f64::from(tile.weights[at][c]);
+                            v += f64::from(near.sums[(at * bins + bin) * 3 + c]) * f64::from(tile.weights[at][c]);
                         }
                         sum += v;
-                        squares += v * v;
-                        estimates[batch * row_len + i] = v as f32 + share(seen(batch), per_part[batch]);
+                        let own = share(seen(batch), per_part[batch]);
+                        estimates[batch * row_len + i] = v as f32 + own;
+                        // Of windows shown in full the parts of a pixel differ, but not by chance.
+                        let chance = v + if by_chance { f64::from(own - *direct) } else { 0.0 };
+                        squares += chance * chance;
                     }
                     let n = batches as f64;
                     *value = (sum / n) as f32 + *direct;
-                    *error = ((squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0)).sqrt() as f32;
+                    let spread = (squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0);
+                    *error = (spread + doubts.of(place, bin, c).powi(2)).sqrt() as f32;
                 }
             });
         let (values, direct, straight) = (&rows.values, &rows.direct_view, &mut rows.straight);
@@ -372,14 +422,23 @@ impl<'d> ImageTracer<'d> {
         let receivers = device.zeros::<Receiver>("receivers of the pixels", batches * pixels)?;
         let weights = device.zeros::<[f32; 4]>("weights of the receivers", batches * pixels)?;
         let seen = device.zeros::<u32>("windows seen directly", batches * pixels * bins * 3)?;
+        let looks = device.zeros::<[u32; 4]>("reflections left to chance", pixels)?;
+        let chances = device.zeros::<PixelChances>("rays that arrive", batches * pixels)?;
         let shares = device.zeros::<BinShare>("shares of the bins", batches * pixels * bins)?;
         let sums = device.zeros::<f32>("rows of the picture", batches * pixels * bins * 3)?;
         let groups = (pixels as u32).div_ceil(64);
 
-        let own = [("params", &params_buffer), ("rays", &rays), ("receivers", &receivers), ("receiver_weights", &weights), ("seen", &seen)];
+        let own = [
+            ("params", &params_buffer),
+            ("rays", &rays),
+            ("receivers", &receivers),
+            ("receiver_weights", &weights),
+            ("seen", &seen),
+            ("looks", &looks),
+        ];
         self.run(&self.receivers, &own, [groups, o.subpixels, 1], pixels as u64 * u64::from(o.subpixels), statistics)?;
         let reached = o.bounces.is_none_or(|b| b > 0);
-        let mut near = None;
+        let (mut near, mut open) = (None, Vec::new());
         if reached {
             let own = [
                 ("params", &params_buffer),
@@ -387,6 +446,7 @@ impl<'d> ImageTracer<'d> {
                 ("receiver_weights", &weights),
                 ("shares", &shares),
                 ("sums", &sums),
+                ("chances", &chances),
             ];
             self.run(&self.direct, &own, [groups, o.batches, 1], (pixels * batches) as u64, statistics)?;
             statistics.segments += pixels as u64 * u64::from(o.batches) * u64::from(o.window_samples.div_ceil(o.traced_every));
@@ -402,17 +462,49 @@ impl<'d> ImageTracer<'d> {
                 near_radius: o.near_radius,
                 roulette_weight: o.roulette_weight,
                 receivers_per_batch: true,
-                images: false,
+                images: self.images.is_some(),
             };
             let which = (&receivers, pixels);
-            near = Some(near_paths(device, (&self.tables, &self.scene), &self.near, &near_options, which, statistics)?.sums);
+            let mut found = near_paths(device, (&self.tables, &self.scene), &self.near, &near_options, which, statistics)?;
+            if let Some(images) = &self.images {
+                let beholders = self.beholders(&device.read(&receivers)?, &device.read(&weights)?, pixels);
+                let sums = (&mut found.sums[..], pixels);
+                open = images.add(device, (&self.tables, &self.scene), self.windows, &beholders, sums, statistics)?;
+            }
+            near = Some(found);
         }
         if reflected {
             for round in 0..self.rounds() {
-                self.reflected(round, &params, (&receivers, &weights), (&shares, &sums), statistics)?;
+                self.reflected(round, &params, (&receivers, &weights), (&shares, &sums, &chances), statistics)?;
             }
         }
-        Ok(TracedTile { straight, sums: device.read_finite(&sums)?, seen: device.read(&seen)?, weights: device.read(&weights)?, near })
+        Ok(TracedTile {
+            straight,
+            sums: device.read_finite(&sums)?,
+            seen: device.read(&seen)?,
+            looks: device.read(&looks)?,
+            chances: device.read(&chances)?,
+            weights: device.read(&weights)?,
+            near,
+            images: open,
+        })
+    }
+
+    /// The surface points of the pixels, `[batch][pixel]`, as far as there are.
+    fn beholders(&self, receivers: &[Receiver], weights: &[[f32; 4]], pixels: usize) -> Vec<Beholder> {
+        let of = |(place, (r, w)): (usize, (&Receiver, &[f32; 4]))| {
+            let batch = (place / pixels) as u32;
+            let position = Vec3::from_array(r.position);
+            (w[..3] != [0.0; 3]).then(|| Beholder {
+                row: place % pixels,
+                batches: batch..batch + 1,
+                position: self.tables.normalization.back(position),
+                normal: Vec3::from_array(r.normal).as_dvec3(),
+                start: position,
+                number: r.number,
+            })
+        };
+        receivers.iter().zip(weights).enumerate().filter_map(of).collect()
     }
 
     /// Lights per bin that one dispatch of `image_matrix/gather` can connect: a limit on its loops, which some
@@ -438,7 +530,7 @@ impl<'d> ImageTracer<'d> {
         round: u32,
         params: &TileParams,
         (receivers, weights): (&Buffer, &Buffer),
-        (shares, sums): (&Buffer, &Buffer),
+        (shares, sums, chances): (&Buffer, &Buffer, &Buffer),
         statistics: &mut TraceStatistics,
     ) -> Result<()> {
         let (o, device) = (&self.options, self.device);
@@ -460,6 +552,7 @@ impl<'d> ImageTracer<'d> {
                 ("receiver_weights", weights),
                 ("shares", shares),
                 ("sums", sums),
+                ("chances", chances),
                 ("lights", &paths.lights),
                 ("light_counts", &paths.light_counts),
             ];
@@ -513,8 +606,15 @@ struct TracedTile {
     sums: Vec<f32>,
     /// `[pixel][group of subpixels][bin][rgb]`, fixed point.
     seen: Vec<u32>,
+    /// `[pixel]`: rays left to chance that left a reflection, those of them that saw a window, the sum of their
+    /// weights, rays that met what might reflect.
+    looks: Vec<[u32; 4]>,
+    /// `[batch][pixel]`
+    chances: Vec<PixelChances>,
     /// `[batch][pixel][rgb and nothing]`
     weights: Vec<[f32; 4]>,
-    /// `[batch][pixel][bin][rgb]`
-    near: Option<Vec<f32>>,
+    /// `[batch][pixel]`
+    near: Option<NearPaths>,
+    /// What images of windows leave open, per pixel; empty if there are none.
+    images: Vec<f64>,
 }

@@ -6,16 +6,34 @@ use crate::progress::Silent;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-fn picture(device: &Device, raster: &Raster, options: &ImageOptions) -> PixelRows {
+/// All tiles of a picture.
+#[derive(Default)]
+pub(super) struct Picture {
+    pixels: usize,
+    pub values: Vec<f32>,
+    pub standard_error: Vec<f32>,
+    pub direct_view: Vec<f32>,
+    pub batches: Vec<f32>,
+    /// Of all bins of a pixel, green.
+    pub doubts: Vec<f64>,
+}
+
+fn picture(device: &Device, raster: &Raster, options: &ImageOptions) -> Picture {
     let (scene, window) = asymmetric();
-    let mut all =
-        PixelRows { first: 0, pixels: 0, values: vec![], standard_error: vec![], direct_view: vec![], batches: vec![], straight: vec![] };
-    compute(device, &scene, &[window], raster, options, &Silent, &mut |rows| {
+    picture_of(device, &scene, &[window], raster, options)
+}
+
+pub(super) fn picture_of(device: &Device, scene: &Scene, windows: &[Window], raster: &Raster, options: &ImageOptions) -> Picture {
+    let mut all = Picture::default();
+    compute(device, scene, windows, raster, options, &Silent, &mut |rows| {
         assert_eq!(rows.first, all.pixels, "tiles come in order");
         all.pixels += rows.pixels;
+        let bins = rows.values.len() / 3 / rows.pixels;
+        all.doubts.extend((0..rows.pixels).map(|p| (0..bins).map(|b| rows.doubts.of(p, b, 1)).sum::<f64>()));
         all.values.extend(rows.values);
         all.standard_error.extend(rows.standard_error);
         all.direct_view.extend(rows.direct_view);
+        all.batches.extend(rows.batches);
         Ok(())
     })
     .unwrap();
@@ -23,7 +41,7 @@ fn picture(device: &Device, raster: &Raster, options: &ImageOptions) -> PixelRow
     all
 }
 
-fn raster(options: &str, size: usize) -> Raster {
+pub(super) fn raster(options: &str, size: usize) -> Raster {
     Raster::new(View::parse(options).unwrap().camera().unwrap(), size, size).unwrap()
 }
 

@@ -1,6 +1,9 @@
 //! Light paths from the windows into the room, and paths from receivers for what they cannot give:
 //! the parts that the view matrices of sensors and of pictures have in common.
 
+pub(crate) mod doubts;
+pub(crate) mod images;
+
 use crate::error::{Error, Result};
 use crate::gpu::{BindGroup, Buffer, Device, Kernel, Shader};
 use crate::gpu_struct;
@@ -116,23 +119,27 @@ const MOST_VERTICES: u32 = 1 << 14;
 const NEAR_BOUND: f64 = 64.0;
 
 crate::gpu_constants! {
-    const NUMBERS = {
-        /// Units of a weight in `looks` of `light_paths/near`.
-        const LOOK_UNITS: f64 = 256.0;
-        /// Workgroups of `light_paths/near` along x; devices allow 65535 along each axis.
+    pub(crate) const LOOKS = {
+        /// Units of a weight in `looks` of `light_paths/near` and `image_matrix/receivers`.
+        pub(crate) const LOOK_UNITS: f64 = 256.0;
+    }
+}
+crate::gpu_constants! {
+    pub(crate) const NUMBERS = {
+        /// Workgroups of `light_paths/near` and `light_paths/images` along x; devices allow 65535 along each axis.
         const WORKGROUPS_PER_ROW: u32 = 16384;
     }
 }
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<Shader> {
-    vec![PATHS, COMPACT, NEAR]
+    vec![PATHS, COMPACT, NEAR, images::IMAGES]
 }
 
 const PATHS: Shader = trace::shader("light_paths/paths", &[&[LightPathParams::DECLARED, LightPath::DECLARED, VirtualLight::DECLARED]]);
 const COMPACT: Shader = trace::shader("light_paths/compact", &[&[CompactParams::DECLARED, VirtualLight::DECLARED]]);
 /// The kernel of [`near_paths`].
-pub(crate) const NEAR: Shader = trace::shader("light_paths/near", &[NUMBERS, &[NearParams::DECLARED, Receiver::DECLARED]]);
+pub(crate) const NEAR: Shader = trace::shader("light_paths/near", &[LOOKS, NUMBERS, &[NearParams::DECLARED, Receiver::DECLARED]]);
 
 /// How many light paths, and how long.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -348,15 +355,6 @@ pub(crate) struct NearPaths {
     /// `[batch][receiver]`: rays that left a reflection, those of them that met a window, the sum of their
     /// weights.
     looks: Vec<[u32; 3]>,
-}
-
-impl NearPaths {
-    /// Rays of one receiver that left a reflection, how many of them met a window, and their mean weight, sr.
-    pub(crate) fn looks(&self, receiver: usize, count: usize) -> (f64, f64, f64) {
-        let sum = |i: usize| self.looks.iter().skip(receiver).step_by(count).map(|l| f64::from(l[i])).sum::<f64>();
-        let looks = sum(0);
-        (looks, sum(1), if looks > 0.0 { sum(2) / LOOK_UNITS / looks } else { std::f64::consts::PI })
-    }
 }
 
 /// Paths from `count` receivers.

@@ -23,8 +23,10 @@ impl Part {
     pub(crate) const REFLECTIONS: usize = 0;
     /// Windows behind what hides them.
     pub(crate) const WINDOWS: usize = 1;
+    /// Light paths of which few arrive.
+    pub(crate) const GATHERED: usize = 2;
     /// Single bins and windows.
-    pub(crate) const OTHERS: usize = 2;
+    pub(crate) const OTHERS: usize = 3;
 }
 
 /// Deviations of batches that add up to 0 and give their mean a standard error of 1. Those of different

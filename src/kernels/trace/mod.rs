@@ -184,6 +184,11 @@ impl Normalization {
     pub fn point(&self, p: DVec3) -> Vec3 {
         ((p - self.origin) * self.scale).as_vec3()
     }
+
+    /// A point of the tracer's in the user's coordinates.
+    pub fn back(&self, p: Vec3) -> DVec3 {
+        self.origin + p.as_dvec3() / self.scale
+    }
 }
 
 /// Which of a scene's features its shaders need.
@@ -292,7 +297,7 @@ impl TraceTables {
                 let place = tables.triangles.len();
                 tables.push_triangle(triangle.vertices, triangle.material.0);
                 if place < tables.triangles.len() && planes::reflects(&tables.materials[triangle.material.0 as usize]) {
-                    smooth.push(triangle.vertices);
+                    smooth.push((triangle.vertices, triangle.material.0));
                     places.push(place);
                 }
             }

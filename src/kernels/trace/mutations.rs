@@ -94,7 +94,7 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("light_paths/near", "1.0 - ratio * ratio", "1.0 - ratio"),
     ("light_paths/near", "specular_before = true;", "specular_before = false;"),
     ("light_paths/near", "specular_before && !imaged && front", "specular_before && front"),
-    ("view_matrix/images", "passed * parts[1] *", "passed * parts[1].zyx *"),
+    ("light_paths/images", "passed * parts[1] *", "passed * parts[1].zyx *"),
     ("shared/window", "sqrt(max(1.0 - z * z, 0.0))", "max(1.0 - z * z, 0.0)"),
     ("shared/bins", "azimuth / TAU * f32(bins) + 0.5", "azimuth / TAU * f32(bins) + 1.0"),
     ("shared/material", "let mirrored = incoming + 2.0 * cosine * facing;", "let mirrored = incoming + 1.5 * cosine * facing;"),

@@ -1,10 +1,11 @@
 //! Planes in which smooth surfaces lie: a plane mirror shows images that rays can be aimed at.
 
-use super::Material;
+use super::{Material, Normalization, material_record};
+use crate::scene::{MaterialKind, Scene, Window};
 use glam::{DVec2, DVec3};
 
 /// Planes that are looked at, at most: those of the largest triangles.
-const MOST_PLANES: usize = 64;
+pub const MOST_PLANES: usize = 64;
 /// Corners this far from a plane lie in it, as a part of the windows' size.
 const BESIDE: f64 = 1e-4;
 /// Cosine from which normals are parallel (a thousandth of a radian).
@@ -23,13 +24,15 @@ pub struct SmoothPlane {
     pub low: DVec2,
     /// See `low`.
     pub high: DVec2,
+    /// Material of its largest triangle.
+    pub material: u32,
 }
 
 impl SmoothPlane {
-    fn of([a, b, c]: [DVec3; 3]) -> Option<Self> {
+    fn of([a, b, c]: [DVec3; 3], material: u32) -> Option<Self> {
         let normal = (b - a).cross(c - a).try_normalize()?;
         let x = normal.any_orthonormal_vector();
-        Some(Self { point: a, normal, axes: [x, normal.cross(x)], low: DVec2::INFINITY, high: DVec2::NEG_INFINITY })
+        Some(Self { point: a, normal, axes: [x, normal.cross(x)], low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, material })
     }
 
     fn holds(&self, triangle: &[DVec3; 3], beside: f64) -> bool {
@@ -60,19 +63,19 @@ pub(super) fn reflects(material: &Material) -> bool {
     }
 }
 
-/// The planes of these triangles of smooth surfaces, and for each the number of its plane; 0 for those
-/// beyond the limit. `size` is that of the windows.
-pub(super) fn find(triangles: &[[DVec3; 3]], size: f64) -> (Vec<SmoothPlane>, Vec<u32>) {
+/// The planes of these triangles of smooth surfaces with their materials, and for each the number of its plane;
+/// 0 for those beyond the limit. `size` is that of the windows.
+pub(super) fn find(triangles: &[([DVec3; 3], u32)], size: f64) -> (Vec<SmoothPlane>, Vec<u32>) {
     let mut planes: Vec<SmoothPlane> = Vec::new();
     let mut numbers = vec![0; triangles.len()];
     let area = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).length();
     let mut order: Vec<usize> = (0..triangles.len()).collect();
-    order.sort_by(|&a, &b| area(&triangles[b]).total_cmp(&area(&triangles[a])).then(a.cmp(&b)));
+    order.sort_by(|&a, &b| area(&triangles[b].0).total_cmp(&area(&triangles[a].0)).then(a.cmp(&b)));
     for i in order {
-        let triangle = triangles[i];
+        let (triangle, material) = triangles[i];
         let mut number = planes.iter().position(|p| p.holds(&triangle, BESIDE * size));
         if number.is_none() && planes.len() < MOST_PLANES {
-            planes.extend(SmoothPlane::of(triangle));
+            planes.extend(SmoothPlane::of(triangle, material));
             number = Some(planes.len() - 1);
         }
         let Some(plane) = number.and_then(|n| planes.get_mut(n)) else { continue };
@@ -83,6 +86,18 @@ pub(super) fn find(triangles: &[[DVec3; 3]], size: f64) -> (Vec<SmoothPlane>, Ve
         numbers[i] = number.map_or(0, |n| n as u32 + 1);
     }
     (planes, numbers)
+}
+
+/// Triangles of a scene's smooth surfaces that lie in none of the planes: images in them are left to chance.
+pub fn left_out(scene: &Scene, windows: &[Window]) -> Vec<usize> {
+    let kind = |i: usize| scene.materials[scene.triangles[i].material.0 as usize].kind;
+    let has_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length() > 0.0;
+    let counts =
+        |i: &usize| kind(*i) != MaterialKind::Void && reflects(&material_record(&kind(*i))) && has_area(scene.triangles[*i].vertices);
+    let smooth: Vec<usize> = (0..scene.triangles.len()).filter(counts).collect();
+    let triangles: Vec<_> = smooth.iter().map(|i| (scene.triangles[*i].vertices, scene.triangles[*i].material.0)).collect();
+    let (_, numbers) = find(&triangles, 1.0 / Normalization::of(windows).scale);
+    smooth.into_iter().zip(numbers).filter(|(_, number)| *number == 0).map(|(i, _)| i).collect()
 }
 
 #[cfg(test)]
@@ -101,7 +116,7 @@ mod tests {
         for far in [DVec3::ZERO, DVec3::new(4.5e5, 5.4e6, 30.0)] {
             let all: Vec<_> = [tile(0.0, 0.0, 2.0, 0.0), turned, tile(0.0, 0.0, 2.001, 0.0), tile(0.0, 0.0, 2.0, 0.1)]
                 .into_iter()
-                .map(|t| t.map(|p| p + far))
+                .map(|t| (t.map(|p| p + far), 0))
                 .collect();
             let (planes, numbers) = find(&all, 1.0);
             assert_eq!(planes.len(), 3);
@@ -114,7 +129,7 @@ mod tests {
 
     #[test]
     fn of_a_curved_surface_the_largest_facets_count() {
-        let facets: Vec<_> = (0..200).map(|i| tile(0.0, 0.0, 0.0, 0.02 * f64::from(i))).collect();
+        let facets: Vec<_> = (0..200).map(|i| (tile(0.0, 0.0, 0.0, 0.02 * f64::from(i)), 0)).collect();
         let (planes, numbers) = find(&facets, 1.0);
         assert_eq!((planes.len(), numbers.iter().filter(|n| **n > 0).count()), (MOST_PLANES, MOST_PLANES));
         assert!(numbers[199] > 0 && numbers[0] == 0);

@@ -1,12 +1,11 @@
-//! What few rays leave open: which share of a window is seen where none or few of them met it, and what
-//! reflections show that none found.
+//! What few rays leave open: which share of a window is seen where none or few of them met it, what
+//! reflections show that none found, and what light paths bring of which few arrived.
 
 use super::ViewTracer;
 use crate::kernels::light_paths::NearPaths;
+use crate::kernels::light_paths::doubts::{BinShares, Chances};
 use crate::kernels::trace::Window;
 use crate::kernels::trace::doubt::{ENOUGH_HITS, Part, half_a_hit, pattern};
-use std::f64::consts::PI;
-
 /// Samples of one sensor in a bin or a window: what arrived (rgb), and what would with nothing in the way.
 type Met = [f64; 4];
 
@@ -121,39 +120,53 @@ impl DirectRow {
     }
 }
 
+/// Values of `view_matrix/gather` per sensor, bin and batch.
+pub(super) const GATHERED: usize = 5;
+
 impl ViewTracer<'_> {
     /// Puts half a hit more upon what sensors see by reflections that have no rays of their own, where few of
-    /// their paths found a window in them.
-    pub(super) fn doubt_reflections(&self, near: &mut NearPaths, count: usize) {
-        let o = &self.options;
-        if !o.first_round || !self.tables.has_other_reflections() {
+    /// their paths found a window in them. `open` is what images of windows leave open, per sensor.
+    pub(super) fn doubt_reflections(&self, near: &mut NearPaths, open: &[f64]) {
+        let (o, count) = (&self.options, open.len());
+        if !o.first_round {
             return;
         }
+        let other = self.tables.has_other_reflections();
         let batches = o.batches as usize;
         let bins = self.tables.bins();
         let paths = f64::from(o.near_samples) * batches as f64;
-        let area: f64 = self.tables.windows.iter().map(|w| f64::from(w.area)).sum();
-        // As a window that emits evenly lights the room.
-        let flux: Vec<f64> = self
-            .windows
-            .iter()
-            .zip(&self.tables.windows)
-            .flat_map(|(w, record)| (0..w.basis.len()).map(move |b| f64::from(record.area) / area * w.basis.projected_solid_angle(b) / PI))
-            .collect();
+        let shares = BinShares::of(&self.tables, self.windows);
         let pattern = pattern(Part::REFLECTIONS, batches);
-        for receiver in 0..count {
-            let (looks, hits, weight) = near.looks(receiver, count);
-            if hits >= ENOUGH_HITS {
-                continue;
-            }
-            // If there was no look either, half of one might have been.
-            let size = half_a_hit(weight, paths) * ((looks + 0.5) / (looks + 1.0)).sqrt();
-            for (batch, deviation) in pattern.iter().enumerate() {
+        for (receiver, open) in open.iter().enumerate() {
+            let size = open.hypot(if other { near.doubt(receiver, count, paths) } else { 0.0 });
+            for (batch, deviation) in pattern.iter().enumerate().filter(|_| size > 0.0) {
                 let row = (batch * count + receiver) * bins * 3;
-                for (values, share) in near.sums[row..row + bins * 3].chunks_exact_mut(3).zip(&flux) {
+                for (values, share) in near.sums[row..row + bins * 3].chunks_exact_mut(3).zip(shares.iter()) {
                     values.iter_mut().for_each(|v| *v += (size * deviation * share) as f32);
                 }
             }
         }
+    }
+
+    /// Half a hit more of what light paths bring to a sensor, per bin, if few of its rays to them arrived. `gathered`:
+    /// `[batch][bin][sensor]`, [`GATHERED`] values each.
+    pub(super) fn doubt_of_gathered(&self, gathered: &[f32], sensor: usize, count: usize) -> Option<Vec<f64>> {
+        let (batches, bins) = (self.options.batches as usize, self.tables.bins());
+        if !self.options.first_round {
+            return None;
+        }
+        let mut of_bins = vec![0.0; bins];
+        let mut chances = Chances::default();
+        for (i, cell) in gathered.chunks_exact(GATHERED).skip(sensor).step_by(count).enumerate() {
+            // The mean of the channels.
+            let [r, g, b, sum, squares] = std::array::from_fn(|k| f64::from(cell[k]) / 3.0);
+            chances.arrived += r + g + b;
+            chances.possible += sum;
+            chances.squares += squares / 3.0;
+            of_bins[i % bins] += sum;
+        }
+        // Also if all of them arrive: the ends of light paths are found by chance themselves.
+        let size = if chances.hits() < ENOUGH_HITS { chances.half_a_hit(batches as f64) } else { 0.0 };
+        (size > 0.0).then(|| of_bins.iter().map(|p| size * p / chances.possible).collect())
     }
 }

@@ -107,12 +107,12 @@ fn images_in_smooth_planes_are_those_of_the_definition() {
     };
     assert!(worst(true) < 1.0);
     for (path, from, to) in [
-        ("view_matrix/images", "towards - 2.0 * rise * view.mirror", "towards - 1.99 * rise * view.mirror"),
-        ("view_matrix/images", "passed * parts[1] *", "passed * parts[1] * parts[1] *"),
-        ("view_matrix/images", "passed *= parts[0];", "passed *= 0.5 * parts[0];"),
-        ("view_matrix/images", "rest * 0.99999", "rest * 1.01"),
-        ("view_matrix/images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
-        ("view_matrix/images", "triangle_plane(hit.triangle) == view.plane", "triangle_plane(hit.triangle) > 0u"),
+        ("light_paths/images", "towards - 2.0 * rise * view.mirror", "towards - 1.99 * rise * view.mirror"),
+        ("light_paths/images", "passed * parts[1] *", "passed * parts[1] * parts[1] *"),
+        ("light_paths/images", "passed *= parts[0];", "passed *= 0.5 * parts[0];"),
+        ("light_paths/images", "rest * 0.99999", "rest * 1.01"),
+        ("light_paths/images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
+        ("light_paths/images", "triangle_plane(hit.triangle) == view.plane", "triangle_plane(hit.triangle) > 0u"),
         ("shared/bvh", "bitcast<u32>(bvh_triangles[triangle * 3u + 2u].w)", "0u"),
     ] {
         let found = mutation::with(path, from, to, || worst(false));
@@ -273,4 +273,46 @@ fn a_slit_is_seen_as_wide_as_it_is() {
     let sum = |m: &Matrix<f32>| m.data().iter().step_by(3).map(|x| f64::from(*x)).sum::<f64>();
     let (found, error) = mean_and_error(&v.batches.iter().map(|b| sum(&b.total)).collect::<Vec<_>>());
     assert!((found - wanted).abs() < 4.0 * error && error < 0.1 * wanted, "{found} ± {error}, {wanted}");
+}
+
+#[test]
+fn light_paths_that_none_of_few_rays_reach_are_doubted() {
+    let Some(device) = Device::for_tests("doubtful light paths") else { return };
+    // A wall that a window lights, beside a black wall without a slit and with nothing in its place.
+    let room = |closed: bool| {
+        let mut b = Builder::default();
+        let (black, grey) = (b.grey(0.0), b.grey(0.6));
+        b.quad([[-1.0, 0.5, 0.0], [-1.0, 2.5, 0.0], [-1.0, 2.5, 2.0], [-1.0, 0.5, 2.0]], grey);
+        if closed {
+            b.quad([[2.0, -9.0, -9.0], [2.0, 9.0, -9.0], [2.0, 9.0, 9.0], [2.0, -9.0, 9.0]], black);
+        }
+        b.scene
+    };
+    let w = window([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 0.0]], DVec3::Y, DVec3::Z, KlemsBasis::Quarter);
+    let eye = sensor([3.0, 1.5, 1.0], [-0.4, 1.0, 0.0]);
+    let run =
+        |closed: bool, options: ViewOptions| compute(&device, &room(closed), std::slice::from_ref(&w), &[eye], &options, &Silent).unwrap();
+    let green = |m: &Matrix<f32>| m.data().iter().skip(1).step_by(3).map(|x| f64::from(*x)).collect::<Vec<_>>();
+    let options =
+        ViewOptions { bounces: Some(2), direct_samples: 16, light_paths: 4, visibility_rays: 1, near_samples: 1, ..ViewOptions::default() };
+    // What would arrive with nothing in the way, and what half a ray stands for, of a ray to each bin in eight batches.
+    let open = green(&run(false, ViewOptions { light_paths: 1024, visibility_rays: 32, ..options }).total);
+    let half = 0.5f64.sqrt() / 8.0 * open.iter().map(|v| v * v).sum::<f64>() / open.iter().sum::<f64>();
+    let worst = || {
+        (0..4).fold(0.0f64, |worst, seed| {
+            let v = run(true, ViewOptions { seed, ..options });
+            assert!(v.total.data().iter().all(|v| *v == 0.0));
+            let ratio = green(&v.standard_error).iter().sum::<f64>() / half;
+            println!("seed {seed}: {ratio:.2} of half a ray");
+            // Four light paths to a bin differ, so that some rays stand for more.
+            worst.max(ratio / 2.0).max(0.8 / ratio)
+        })
+    };
+    assert!(worst() < 1.0);
+    for (from, to) in
+        [("weight * weight * squares", "weight * squares"), ("alike += 1.0;", "alike += 4.0;"), ("weight * f32(RAYS)", "step * f32(RAYS)")]
+    {
+        let found = mutation::with("view_matrix/gather", from, to, worst);
+        assert!(!(found < 1.0), "'{to}' is not found out: {found}");
+    }
 }

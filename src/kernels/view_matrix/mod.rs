@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | direct from the window | quadrature, times the visible share found by rays | `view_matrix/direct` |
 //! | reflected in the room | light paths from each bin, whose diffuse vertices serve *all* sensors (instant radiosity) | `light_paths/paths`, `view_matrix/gather` |
-//! | the windows' images in plane smooth surfaces, by one reflection | quadrature from the sensor's image | `view_matrix/images` |
+//! | the windows' images in plane smooth surfaces, by one reflection | quadrature from the sensor's image | `light_paths/images` |
 //! | what these must leave out: very short connections, other mirrors seen by the sensor | paths from the sensor | `light_paths/near` |
 //!
 //! All of it is repeated in independently scrambled batches; their spread is the standard error.
@@ -16,7 +16,6 @@
 mod doubts;
 #[cfg(test)]
 mod image_tests;
-mod images;
 #[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
@@ -26,12 +25,13 @@ mod unobstructed;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, DEFAULT_MEMORY, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
+use crate::kernels::light_paths::images::{Beholder, WindowImages};
 use crate::kernels::light_paths::{
     LightPathKernels, LightPathOptions, LightPaths, NEAR, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
 };
 use crate::kernels::trace::{
     self, CELL_CAPACITY, Counters, ROULETTE_WEIGHT, TraceScene, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces,
-    stream_seed,
+    doubt, stream_seed,
 };
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
@@ -131,6 +131,8 @@ crate::gpu_constants! {
     }
 }
 
+/// Rays to each image of the windows, at least.
+const LEAST_IMAGE_RAYS: u32 = 16;
 /// Virtual lights of one round, at most, bytes.
 const MOST_LIGHT_BYTES: u64 = 1 << 27;
 /// Bounds the loops of `view_matrix/gather`.
@@ -138,7 +140,7 @@ const MOST_LIGHT_PATHS: u32 = 1 << 13;
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<Shader> {
-    vec![GATHER, DIRECT, images::IMAGES]
+    vec![GATHER, DIRECT]
 }
 
 const GATHER: Shader =
@@ -190,7 +192,14 @@ pub fn compute(
         statistics: TraceStatistics::default(),
     };
     let bytes_per_sensor = (batches * bins * 12) as u64;
-    let plan = Plan::new(device, options.memory, rows, &[bytes_per_sensor / 3 * 4, bytes_per_sensor, bytes_per_sensor], &[], 1)?;
+    let plan = Plan::new(
+        device,
+        options.memory,
+        rows,
+        &[bytes_per_sensor / 3 * 4, bytes_per_sensor, bytes_per_sensor / 3 * doubts::GATHERED as u64],
+        &[],
+        1,
+    )?;
     let mut done = 0;
     for chunk in plan.chunks() {
         let range = chunk.first..chunk.first + chunk.count;
@@ -222,7 +231,7 @@ struct ViewTracer<'d> {
     direct: Kernel,
     near: Kernel,
     /// Where there are plane mirrors.
-    images: Option<Kernel>,
+    images: Option<WindowImages>,
     counters: Buffer,
 }
 
@@ -239,7 +248,7 @@ impl<'d> ViewTracer<'d> {
             gather: Kernel::new(device, &GATHER, &[glass[0], ("RAYS", f64::from(options.visibility_rays))])?,
             direct: Kernel::new(device, &DIRECT, &glass)?,
             near: Kernel::new(device, &NEAR, &glass)?,
-            images: if tables.planes.is_empty() { None } else { Some(Kernel::new(device, &images::IMAGES, &glass)?) },
+            images: WindowImages::new(device, &tables, options.seed, options.direct_samples, LEAST_IMAGE_RAYS)?,
             counters: device.zeros::<Counters>("path counters", 1)?,
             tables,
         })
@@ -260,7 +269,7 @@ impl<'d> ViewTracer<'d> {
         let sensors_buffer = self.device.upload("sensors", &records)?;
         let bins = self.tables.bins();
         let batches = self.options.batches as usize;
-        let cells = batches * records.len() * bins * 3;
+        let cells = batches * records.len() * bins * doubts::GATHERED;
         stage(0.0)?;
         let direct = self.direct_part(&sensors_buffer, sensors, &mut result.statistics)?;
         stage(0.1)?;
@@ -279,8 +288,21 @@ impl<'d> ViewTracer<'d> {
             let receivers = (&sensors_buffer, records.len());
             let mut near =
                 near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
-            self.add_images(sensors, first, &mut near.sums, &mut result.statistics)?;
-            self.doubt_reflections(&mut near, records.len());
+            let mut open = vec![0.0; records.len()];
+            if let Some(images) = &self.images {
+                let beholder = |(row, (s, r)): (usize, (&Sensor, &Receiver))| Beholder {
+                    row,
+                    batches: 0..self.options.batches,
+                    position: s.position,
+                    normal: s.direction.normalize(),
+                    start: Vec3::from_array(r.position),
+                    number: r.number,
+                };
+                let beholders: Vec<Beholder> = sensors.iter().zip(&records).enumerate().map(beholder).collect();
+                let sums = (&mut near.sums[..], records.len());
+                open = images.add(self.device, (&self.tables, &self.scene), self.windows, &beholders, sums, &mut result.statistics)?;
+            }
+            self.doubt_reflections(&mut near, &open);
             stage(0.2)?;
             let gathered =
                 if reflected { Some(self.gathered_part(&sensors_buffer, &records, cells, &mut result.statistics, stage)?) } else { None };
@@ -289,7 +311,10 @@ impl<'d> ViewTracer<'d> {
             (None, None)
         };
         let mut values = vec![0.0f64; batches];
+        let paths = f64::from(self.paths_per_round() * self.rounds());
+        let pattern = doubt::pattern(doubt::Part::GATHERED, batches);
         for sensor in 0..records.len() {
+            let open = gathered.as_ref().and_then(|g| self.doubt_of_gathered(g, sensor, records.len()));
             for bin in 0..bins {
                 for c in 0..3 {
                     let mut straight = 0.0;
@@ -302,8 +327,8 @@ impl<'d> ViewTracer<'d> {
                             *value += f64::from(near[cell]);
                         }
                         if let Some(gathered) = &gathered {
-                            let cell = ((batch * bins + bin) * records.len() + sensor) * 3 + c;
-                            *value += f64::from(gathered[cell]) / f64::from(self.paths_per_round() * self.rounds());
+                            let cell = ((batch * bins + bin) * records.len() + sensor) * doubts::GATHERED + c;
+                            *value += (f64::from(gathered[cell]) + open.as_ref().map_or(0.0, |o| o[bin] * pattern[batch])) / paths;
                         }
                         if let Some(kept) = result.batches.get_mut(batch) {
                             kept.total.at_mut(first + sensor, bin)[c] = *value as f32;

@@ -2,6 +2,7 @@
 
 pub(crate) mod glazing;
 pub(crate) mod import;
+pub mod mirrors;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
@@ -104,6 +105,7 @@ impl Inputs {
         let everywhere: Vec<Sensor> = sensors.iter().flat_map(|g| &g.sensors).copied().collect();
         windows.iter().try_for_each(|window| check_side(window, &everywhere))?;
         let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
+        mirrors::warn(&scene, &plain, warnings);
         let seem_dark = reach::seem_dark(&scene, &plain, &sensors);
         reach::warn(&sensors, &seem_dark, warnings);
         let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing };

@@ -164,11 +164,17 @@ impl ViewJob<'_> {
 fn add_batches(sums: &mut [BatchSums], geometry: &PixelGeometry, rows: &PixelRows, bins: usize) {
     let row = bins * 3;
     let batches = rows.batches.len() / (rows.pixels * row).max(1);
-    let each = batches / sums.len();
+    let count = sums.len();
+    let each = batches / count;
     sums.par_iter_mut().enumerate().for_each(|(number, sums)| {
+        let mut doubt = vec![0.0; row];
         for (i, values) in rows.batches.chunks_exact(batches * row).enumerate() {
             for batch in number * each..(number + 1) * each {
                 sums.add(geometry, rows.first + i, &values[batch * row..(batch + 1) * row]);
+            }
+            let place = (i, rows.first + i);
+            if rows.doubts.fill(place, (number, count), each as f64, &mut doubt) {
+                sums.add(geometry, rows.first + i, &doubt);
             }
         }
     });
