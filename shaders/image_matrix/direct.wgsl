@@ -48,7 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let bin = window_bin(windows[to_window.window], -to_window.direction);
             let cell = pixel_cell(shape, bin, batch, pixel);
             shares[cell].unobstructed.x += value;
-            chance.straight += value;
+            chance.direct += value;
             if sample % params.traced_every == 0u {
                 let passed = direct_transmittance(receiver.position, to_window.direction, to_window.distance * 0.99999) * value;
                 shares[cell].traced += value;
@@ -70,7 +70,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let part = select(mean_share, share.arrived / max(share.traced, 1e-30), share.traced > 0.0);
             sum += share.unobstructed.x * dot(part, vec3<f32>(1.0));
         }
-        scale *= chance.straight * dot(mean_share, vec3<f32>(1.0)) / sum;
+        scale *= chance.direct * dot(mean_share, vec3<f32>(1.0)) / sum;
     }
     for (var bin = 0u; bin < params.bins; bin++) {
         let cell = pixel_cell(shape, bin, batch, pixel);
@@ -87,7 +87,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             shares[cell] = BinShare(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), 0u);
         }
     }
-    chance.straight /= f32(params.window_samples);
+    chance.direct /= f32(params.window_samples);
     chances[batch * params.pixels + pixel] = chance;
     count_finished(sample == params.window_samples);
 }

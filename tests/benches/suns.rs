@@ -1,5 +1,5 @@
 //! The sun matrix beside Radiance's `rcontrib`: time and error of both in one run, in the tutorial room
-//! with real slats in its window. Straight light and light scattered by the slats at 100 sensors, suns
+//! with real slats in its window. Direct light and light scattered by the slats at 100 sensors, suns
 //! in a fisheye, suns through panes of scattering data.
 //!
 //! The error is the noise: the root mean square difference of two runs with other random numbers,
@@ -174,11 +174,11 @@ fn sensors(room: &Room, needed: &SunSet, record: &mut record::Record) -> Fallibl
         Ok((seconds, found.chunks_exact(all.len()).flat_map(chosen).collect()))
     })?;
     let few = twice(format!("rcontrib -c 64, the {} suns that occur", needed.suns.len()), |_| room.rcontrib("needed", direct, 64))?;
-    let [ours, theirs, ratios] = report(record, "suns at sensors, straight", &own, &[tutorial, few]);
+    let [ours, theirs, ratios] = report(record, "suns at sensors, direct", &own, &[tutorial, few]);
     record::measured("speed-suns", &ours, "");
     record::measured("speed-suns-radiance", &theirs, "");
     record::measured("speed-suns-ratio", &ratios, "");
-    // Straight light of points has no noise: all of it is in what slats scatter.
+    // Direct light of points has no noise: all of it is in what slats scatter.
     let own = twice("lucarne", |seed| room.lucarne("--ab 4 --point-suns", seed))?;
     let peer = twice("rcontrib -ab 4 -ad 256", |_| room.rcontrib("needed", "-ab 4 -ad 256 -lw 4e-3 -dj 0", 1))?;
     // The tutorial gives it every sun of the scheme; few rays are enough to see what that costs.
@@ -330,7 +330,7 @@ fn main() -> Fallible<()> {
     let some: Vec<Sun> = south.iter().copied().step_by(south.len().div_ceil(40).max(1)).collect();
     if asked("pictures") {
         let chosen: Vec<usize> = (0..some.len()).collect();
-        let what = "suns in a fisheye, straight";
+        let what = "suns in a fisheye, direct";
         let some = Fisheye { what, suns: &some, peer: &some, chosen: &chosen, rays: 16 };
         let [ours, theirs, ratio] = pictures(&room, &device, &some, &mut record)?;
         record::measured("speed-some-pictures", &ours, "");
@@ -339,7 +339,7 @@ fn main() -> Fallible<()> {
         let sky = ReinhartSky::new(6)?;
         let all: Vec<Sun> = (1..sky.len()).map(|patch| Sun::new(sky.centre(patch))).collect();
         let chosen: Vec<usize> = set.columns.iter().map(|patch| patch - 1).collect();
-        let what = "suns in a fisheye, straight, all suns of the year";
+        let what = "suns in a fisheye, direct, all suns of the year";
         let every = Fisheye { what, suns: &set.suns, peer: &all, chosen: &chosen, rays: 2 };
         let [ours, theirs, ratio] = pictures(&room, &device, &every, &mut record)?;
         record::measured("speed-all-pictures", &ours, "");

@@ -100,7 +100,7 @@ fn radiances_matrices_give_radiances_years() {
     let message = complaint(&swapped[0], "", "phases = 3");
     assert!(message.contains("D1_4x.mtx") && message.contains("145 rows and 146 columns") && message.contains("100 x 145"), "{message}");
     assert!(complaint("", &swapped[1], "phases = 3\nsky_subdivision = 1").contains("145 x 146"));
-    assert!(complaint(&view, &window, "phases = 5").contains("without its straight part"));
+    assert!(complaint(&view, &window, "phases = 5").contains("without its direct part"));
     assert!(complaint(&sensors, &daylight, "phases = 3").contains("only five phases"));
     let alone = format!("view_direct = \"{}/Vd.mtx\"", five.display());
     assert!(complaint(&alone, "", "phases = 3").contains("which is not given"));

@@ -26,7 +26,7 @@ fn suns_are_traced_through_scattering_data_in_place_of_a_shade() {
     // Each sun in its own patch of Vd·T·Dd, by the sensors' illuminance.
     let project = Project::read(&folder.path().join("project.toml")).unwrap();
     let inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
-    let [coefficients, _] = straight_coefficients(&out, &inputs.windows[0].transmission);
+    let [coefficients, _] = direct_coefficients(&out, &inputs.windows[0].transmission);
     let sky = ReinhartSky::new(1).unwrap();
     let hours = SunSet::new(&inputs.weather, SunScheme::HOURLY, &[]).unwrap().hours;
     let disc = Sun::new(glam::DVec3::Z).solid_angle() * lucarne::units::ILLUMINANCE_WEIGHTS.iter().sum::<f64>();
@@ -50,7 +50,7 @@ fn suns_are_traced_through_scattering_data_in_place_of_a_shade() {
 
 /// Vd·T·Dd of a black project's only window, `[sensor][patch]`, and its variance by the standard errors
 /// stated for V and D.
-fn straight_coefficients(out: &Path, t: &Matrix<f64>) -> [Vec<f64>; 2] {
+fn direct_coefficients(out: &Path, t: &Matrix<f64>) -> [Vec<f64>; 2] {
     let read = |name: &str| read_matrix(&out.join(format!("matrices/{name}.mtx"))).unwrap().matrix;
     let [v, d] = ["V_room_direct", "D_south_direct"].map(read);
     let [v_error, d_error] = ["V_room_standard_error", "D_south_standard_error"].map(read);
@@ -98,7 +98,7 @@ fn suns_that_fill_the_skys_patches_cancel_the_direct_part() {
     let inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
     let out = folder.path().join("out");
     run(&device, &project, &inputs, &out, &Silent, &mut Warnings::new()).unwrap();
-    let [three, variance] = straight_coefficients(&out, &inputs.windows[0].transmission);
+    let [three, variance] = direct_coefficients(&out, &inputs.windows[0].transmission);
 
     let sun_only = lucarne::sky::SkyOptions { sky: false, ..lucarne::sky::SkyOptions::default() };
     let sds = lucarne::sky::sky_matrix(&inputs.weather, &sun_only, &Silent).unwrap();

@@ -136,7 +136,7 @@ fn direct_matrices_never_exceed_the_whole_on_any_shipped_scene() {
         }
         let mut project = Project::read(&file).unwrap();
         project.quality.preset = lucarne::simulate::project::Preset::Draft;
-        // Pictures have straight parts where suns are taken out of them.
+        // Pictures have direct parts where suns are taken out of them.
         project.views.retain(|_| project.method.phases == lucarne::simulate::project::method::Phases::Five);
         project.views.iter_mut().for_each(|v| v.resolution = [24, 24]);
         project.images.hours = lucarne::simulate::project::views::ImageHours::None;

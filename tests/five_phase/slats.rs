@@ -33,7 +33,7 @@ fn eight_suns_through_real_slats_are_radiances() {
     let suns: Vec<Sun> = suns_of(&t.reference.join("suns_sel.rad")).into_iter().map(Sun::as_point).collect();
     let run = |options: SunOptions| compute(&device, &t.scene, Openings::Anywhere, &t.sensors, &suns, &options, &Silent).unwrap();
 
-    // Straight light of point suns: the same arithmetic, so the same numbers, shadow edges aside.
+    // Direct light of point suns: the same arithmetic, so the same numbers, shadow edges aside.
     let direct = run(SunOptions { disc_samples: 1, ..SunOptions::default() }.direct()).total;
     let wanted = read_matrix(&t.reference.join("CdsSelV_geo0.mtx")).unwrap().matrix;
     let (mut worst, mut lit, mut edges) = (0.0f64, 0, 0);
@@ -53,7 +53,7 @@ fn eight_suns_through_real_slats_are_radiances() {
     assert!(lit > 100 && worst < SAME && edges <= 1);
     measured("eight-suns", &format!("{lit} lit pairs within {}, {edges} differ at shadow edges", short(worst)), &short(SAME));
 
-    // Scattered by the slats, as with -ab 4: sums over 100 sensors for suns that do not come straight.
+    // Scattered by the slats, as with -ab 4: sums over 100 sensors for suns that do not come directly.
     // The reference's own noise, unknown, is the larger the weaker the light.
     let options = SunOptions { disc_samples: 1, paths: 256, bounces: Some(4), ..SunOptions::default() };
     let windows = lucarne::scene::read_windows(Path::new("objects/GlazingVmtx.rad"), &t.room, &mut Warnings::new()).unwrap();
@@ -171,8 +171,8 @@ struct DiscYear {
     rows: Vec<usize>,
     /// Year's sum of each sun's radiance, W/m²sr.
     yearly: Vec<f64>,
-    /// Straight light of the year per sensor, W/m².
-    straight: Vec<f64>,
+    /// Direct light of the year per sensor, W/m².
+    direct: Vec<f64>,
 }
 
 /// Every disc made of many small sources: `-dj 1` would spread it over a square. Made once for all tests.
@@ -214,8 +214,8 @@ fn disc_year(t: &Tutorial) -> Option<&'static DiscYear> {
         let mut yearly = vec![0.0; set.suns.len()];
         set.hours.iter().flatten().for_each(|(sun, radiance)| yearly[*sun] += radiance);
         let of_row = |row: &[u8]| row.chunks_exact(12).zip(&yearly).map(|(v, y)| value(v) * y).sum();
-        let straight = bytes.chunks_exact(12 * set.suns.len()).map(of_row).collect();
-        Some(DiscYear { set, rows, yearly, straight })
+        let direct = bytes.chunks_exact(12 * set.suns.len()).map(of_row).collect();
+        Some(DiscYear { set, rows, yearly, direct })
     })
     .as_ref()
 }
@@ -252,7 +252,7 @@ fn a_year_of_discs_through_real_slats_is_radiances_at_every_sensor() {
     let ours = compute(&device, &t.scene, Openings::Anywhere, &sensors, &year.set.suns, &options, &Silent).unwrap();
     let of_row = |row: usize| year.yearly.iter().enumerate().map(|(sun, yearly)| at(&ours.total, row, sun) * yearly).sum();
     let found: Vec<f64> = (0..sensors.len()).map(of_row).collect();
-    let off = distances(&found, &year.straight);
+    let off = distances(&found, &year.direct);
     let worst = off[off.len() - 1];
     println!("a year of discs at {} sensors: median {:.2} %, worst {:.2} %", off.len(), 100.0 * off[off.len() / 2], 100.0 * worst);
     assert!(off.len() > 20 && worst < YEAR, "{worst}");
@@ -279,8 +279,8 @@ fn scattered_by_radiance(t: &Tutorial, year: &DiscYear, rows: &[usize], folder: 
         let bytes = testing::output(&mut rtrace);
         Some(bytes.chunks_exact(12).map(|v| f64::from(f32::from_le_bytes([v[0], v[1], v[2], v[3]]))).collect())
     };
-    let (all, straight) = (irradiance("-ab 5 -ad 1024 -lw 5e-4 -n 2")?, irradiance("-ab 0")?);
-    Some(all.iter().zip(&straight).map(|(a, s)| a - s).collect())
+    let (all, direct) = (irradiance("-ab 5 -ad 1024 -lw 5e-4 -n 2")?, irradiance("-ab 0")?);
+    Some(all.iter().zip(&direct).map(|(a, s)| a - s).collect())
 }
 
 /// Five phases in the tutorial's room: the year's sum of illuminance at some sensors, lx·h.
@@ -324,7 +324,7 @@ fn a_five_phase_year_is_radiances_at_every_sensor() {
     // The reference's weights are rounded.
     const WEIGHT: f64 = 47.4 + 119.9 + 11.6;
     let wanted: Vec<f64> =
-        rows.iter().enumerate().map(|(i, &row)| by_the_room[row] + WEIGHT * (year.straight[chosen[i]] + scattered[i])).collect();
+        rows.iter().enumerate().map(|(i, &row)| by_the_room[row] + WEIGHT * (year.direct[chosen[i]] + scattered[i])).collect();
     let clock = std::time::Instant::now();
     let shade = format!("shade = \"{}/blindsGeometry.rad\"", t.reference.display());
     let (found, summary) = our_year(&t, folder.path(), &shade, &rows, "standard");

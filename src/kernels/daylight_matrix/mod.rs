@@ -234,9 +234,9 @@ fn compute_in_dispatches(
             squares[cell] += total * total;
         }
         if options.keep_batches {
-            let straight = |cell: usize| batch_cells[cell] as f64 / whole;
-            let total = shape(&|cell| straight(cell) + batch_cells[cells + cell] as f64 / whole);
-            batches.push(TracedBatch { total, direct: shape(&straight) });
+            let direct = |cell: usize| batch_cells[cell] as f64 / whole;
+            let total = shape(&|cell| direct(cell) + batch_cells[cells + cell] as f64 / whole);
+            batches.push(TracedBatch { total, direct: shape(&direct) });
         }
     }
     progress.update("daylight matrix", 1.0);

@@ -218,7 +218,7 @@ fn the_direct_part_is_at_most_the_total_and_knows_no_bounces() {
         compute(&device, &scene, &w, tregenza(), &options, &Silent).unwrap()
     };
     let (none, two, all) = (run(Some(0)), run(Some(2)), run(None));
-    // What a façade mirrors is no diffuse bounce, but not straight either.
+    // What a façade mirrors is no diffuse bounce, but not direct either.
     let sum = |m: &Matrix<f32>| m.data().iter().map(|&v| f64::from(v)).sum::<f64>();
     assert!(sum(&none.direct) > 0.0 && sum(&none.total) > sum(&none.direct));
     assert_eq!(none.direct, two.direct);

@@ -43,10 +43,10 @@ impl PixelDoubts {
     }
 }
 
-/// Of light straight from the windows, irradiance.
-fn of_straight(chances: &[PixelChances]) -> f64 {
+/// Of direct light of the windows, irradiance.
+fn of_direct(chances: &[PixelChances]) -> f64 {
     let sum = |f: fn(&PixelChances) -> f32| chances.iter().map(|c| f64::from(f(c))).sum::<f64>();
-    let (whole, rays, hits) = (sum(|c| c.straight) / chances.len() as f64, sum(|c| c.rays), sum(|c| c.hits));
+    let (whole, rays, hits) = (sum(|c| c.direct) / chances.len() as f64, sum(|c| c.rays), sum(|c| c.hits));
     match rays {
         // No ray went where a window might be seen: it is, or is not.
         0.0 => 0.5 * whole,
@@ -72,7 +72,7 @@ impl ImageTracer<'_> {
         let near = tile.near.as_ref().filter(|_| other);
         let near = near.map_or(0.0, |n| n.doubt(pixel, pixels, f64::from(o.near_samples) * batches));
         let images = tile.images.get(pixel).copied().unwrap_or(0.0);
-        let irradiance = of_straight(&chances).hypot(of_gathered(&chances)).hypot(near).hypot(images);
+        let irradiance = of_direct(&chances).hypot(of_gathered(&chances)).hypot(near).hypot(images);
         // By its own rays a pixel looks into reflections.
         let [looks, hits, weights, possible] = tile.looks[pixel].map(f64::from);
         // If there was no look, half of one might have been.

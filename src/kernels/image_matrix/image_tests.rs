@@ -339,7 +339,7 @@ fn pixels_behind_a_closed_screen_are_black_and_state_half_a_hit() {
     assert!(found < 0.25, "{found}");
     for (path, from, to) in [
         ("image_matrix/direct", "chance.rays += 1.0;", "chance.rays += 2.0;"),
-        ("image_matrix/direct", "chance.straight /= f32(params.window_samples);", ""),
+        ("image_matrix/direct", "chance.direct /= f32(params.window_samples);", ""),
         (
             "image_matrix/gather",
             "chances[place].gathered_squares += each * each * traced;",

@@ -82,8 +82,8 @@ gpu_struct! {
 gpu_struct! {
     /// What few hits leave open, of a pixel's surface point in a batch; irradiance, sr.
     pub(crate) struct PixelChances {
-        /// Straight from the windows: with nothing in the way; how many rays, and how many of them arrived.
-        straight: f32,
+        /// Direct light of the windows: with nothing in the way; how many rays, and how many of them arrived.
+        direct: f32,
         rays: f32,
         hits: f32,
         /// By light paths: sum of what the rays stand for, of its squares, and of those that arrived.
@@ -141,8 +141,8 @@ pub struct ImageOptions {
     pub jitter: f64,
     /// Same seed, same device: same bits.
     pub seed: u32,
-    /// Whether the straight part is kept too (Vd).
-    pub straight: bool,
+    /// Whether the direct part is kept too (Vd).
+    pub direct: bool,
     /// Device memory to use, bytes.
     pub memory: u64,
 }
@@ -162,7 +162,7 @@ impl Default for ImageOptions {
             roulette_weight: ROULETTE_WEIGHT,
             jitter: 1.0,
             seed: 1,
-            straight: false,
+            direct: false,
             memory: DEFAULT_MEMORY,
         }
     }
@@ -212,9 +212,9 @@ pub struct PixelRows {
     pub direct_view: Vec<f32>,
     /// The independent estimates that `values` is the mean of: `[pixel][batch][bin][rgb]`.
     pub batches: Vec<f32>,
-    /// The part of `values` that comes straight from the windows: they themselves, and surfaces that
+    /// The part of `values` that comes directly from the windows: they themselves, and surfaces that
     /// they light directly; never larger. Empty unless asked for.
-    pub straight: Vec<f32>,
+    pub direct: Vec<f32>,
 }
 
 /// Computes the view matrix of a picture and hands it over tile by tile, in order of the pixels, so
@@ -325,7 +325,7 @@ impl<'d> ImageTracer<'d> {
             doubts: doubts::PixelDoubts::none(BinShares::of(&self.tables, self.windows), count),
             direct_view: vec![0.0; count * bins * 3],
             batches: vec![0.0; self.options.batches as usize * count * bins * 3],
-            straight: if self.options.straight { vec![0.0; count * bins * 3] } else { Vec::new() },
+            direct: if self.options.direct { vec![0.0; count * bins * 3] } else { Vec::new() },
         };
         if inside.is_empty() {
             return Ok(rows);
@@ -377,14 +377,14 @@ impl<'d> ImageTracer<'d> {
                     *error = (spread + doubts.of(place, bin, c).powi(2)).sqrt() as f32;
                 }
             });
-        let (values, direct, straight) = (&rows.values, &rows.direct_view, &mut rows.straight);
-        straight.par_chunks_mut(row_len).enumerate().for_each(|(pixel, row)| {
+        let (values, seen, direct) = (&rows.values, &rows.direct_view, &mut rows.direct);
+        direct.par_chunks_mut(row_len).enumerate().for_each(|(pixel, row)| {
             let Ok(at) = inside.binary_search(&(first + pixel)) else { return };
             for (i, value) in row.iter_mut().enumerate() {
                 let (bin, c) = (i / 3, i % 3);
-                let lit: f64 = (0..batches).map(|b| f64::from(tile.straight[((bin * batches + b) * inside.len() + at) * 3 + c])).sum();
+                let lit: f64 = (0..batches).map(|b| f64::from(tile.direct[((bin * batches + b) * inside.len() + at) * 3 + c])).sum();
                 let place = pixel * row_len + i;
-                *value = ((lit / batches as f64) as f32 + direct[place]).min(values[place]);
+                *value = ((lit / batches as f64) as f32 + seen[place]).min(values[place]);
             }
         });
         Ok(rows)
@@ -451,7 +451,7 @@ impl<'d> ImageTracer<'d> {
             self.run(&self.direct, &own, [groups, o.batches, 1], (pixels * batches) as u64, statistics)?;
             statistics.segments += pixels as u64 * u64::from(o.batches) * u64::from(o.window_samples.div_ceil(o.traced_every));
         }
-        let straight = if o.straight { device.read_finite(&sums)? } else { Vec::new() };
+        let direct = if o.direct { device.read_finite(&sums)? } else { Vec::new() };
         let reflected = o.bounces.is_none_or(|b| b > 1);
         if reflected || (reached && self.tables.features.specular) {
             let near_options = NearOptions {
@@ -479,7 +479,7 @@ impl<'d> ImageTracer<'d> {
             }
         }
         Ok(TracedTile {
-            straight,
+            direct,
             sums: device.read_finite(&sums)?,
             seen: device.read(&seen)?,
             looks: device.read(&looks)?,
@@ -600,8 +600,8 @@ impl<'d> ImageTracer<'d> {
 }
 
 struct TracedTile {
-    /// As `sums`, straight from the windows only; empty unless asked for.
-    straight: Vec<f32>,
+    /// As `sums`, of direct light only; empty unless asked for.
+    direct: Vec<f32>,
     /// `[bin][batch][pixel][rgb]`
     sums: Vec<f32>,
     /// `[pixel][group of subpixels][bin][rgb]`, fixed point.

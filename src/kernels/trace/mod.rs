@@ -559,7 +559,7 @@ impl TraceStatistics {
 pub struct TracedBatch {
     /// The matrix.
     pub total: Matrix<f32>,
-    /// Only what arrives straight.
+    /// Only what arrives directly.
     pub direct: Matrix<f32>,
 }
 
@@ -568,7 +568,7 @@ pub struct TracedBatch {
 pub struct TracedMatrix {
     /// The matrix.
     pub total: Matrix<f32>,
-    /// Only what arrives straight, through openings and panes (Vd, Dd); never larger than `total`.
+    /// Only what arrives directly, through openings and panes (Vd, Dd); never larger than `total`.
     pub direct: Matrix<f32>,
     /// Standard error of each entry of `total`.
     pub standard_error: Matrix<f32>,

@@ -18,7 +18,7 @@ fn brightest(met: &Met) -> f64 {
     (0..3).filter_map(|c| share(met, c)).fold(0.0, f64::max)
 }
 
-/// What a sensor sees of the windows straight: the sums of `view_matrix/direct`, taken together by windows.
+/// What a sensor sees of the windows directly: the sums of `view_matrix/direct`, taken together by windows.
 pub(super) struct DirectRow {
     batches: usize,
     bins: usize,

@@ -77,7 +77,7 @@ fn corridors(eye: &Sensor) -> Vec<Corridor> {
     all
 }
 
-/// What arrives other than straight, with its error, in the green channel.
+/// What arrives otherwise than directly, with its error, in the green channel.
 fn imaged(device: &Device, scene: &Scene, eye: Sensor, seed: u32, first_round: bool) -> (f64, f64) {
     let options = ViewOptions { bounces: Some(1), seed, first_round, keep_batches: true, ..ViewOptions::default() };
     let v = compute(device, scene, &[far_window()], &[eye], &options, &Silent).unwrap();

@@ -73,7 +73,7 @@ gpu_struct! {
 /// How much to sample. Every number is per sensor or bin *and batch*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewOptions {
-    /// Radiance's `-ab`: 1 is straight light only, n allows n − 1 diffuse reflections; `None` does
+    /// Radiance's `-ab`: 1 is direct light only, n allows n − 1 diffuse reflections; `None` does
     /// not truncate.
     pub bounces: Option<u32>,
     /// Light paths per bin.
@@ -317,11 +317,11 @@ impl<'d> ViewTracer<'d> {
             let open = gathered.as_ref().and_then(|g| self.doubt_of_gathered(g, sensor, records.len()));
             for bin in 0..bins {
                 for c in 0..3 {
-                    let mut straight = 0.0;
+                    let mut sum_of_direct = 0.0;
                     for (batch, value) in values.iter_mut().enumerate() {
                         let cell = ((batch * records.len() + sensor) * bins + bin) * 3 + c;
                         let seen = direct[cell];
-                        straight += seen;
+                        sum_of_direct += seen;
                         *value = seen;
                         if let Some(near) = &near {
                             *value += f64::from(near[cell]);
@@ -338,9 +338,9 @@ impl<'d> ViewTracer<'d> {
                     let (mean, error) = mean_and_error(&values);
                     // Doubts alone: what their sum's rounding leaves is no light.
                     let cleaned = |value: f64| if value.abs() < 1e-12 * error { 0.0 } else { value };
-                    let (mean, straight) = (cleaned(mean), cleaned(straight / batches as f64));
+                    let (mean, direct) = (cleaned(mean), cleaned(sum_of_direct / batches as f64));
                     result.total.at_mut(first + sensor, bin)[c] = mean as f32;
-                    result.direct.at_mut(first + sensor, bin)[c] = (straight as f32).min(mean as f32);
+                    result.direct.at_mut(first + sensor, bin)[c] = (direct as f32).min(mean as f32);
                     result.standard_error.at_mut(first + sensor, bin)[c] = error as f32;
                 }
             }
@@ -361,7 +361,7 @@ impl<'d> ViewTracer<'d> {
         (radius / f64::from(self.options.near_radius)).max(1.0) as f32
     }
 
-    /// The straight part per batch, `[batch][sensor][bin][rgb]`: exact unobstructed values times the
+    /// The direct part per batch, `[batch][sensor][bin][rgb]`: exact unobstructed values times the
     /// visible share.
     fn direct_part(&self, buffer: &Buffer, sensors: &[Sensor], statistics: &mut TraceStatistics) -> Result<Vec<f64>> {
         let o = &self.options;

@@ -57,15 +57,15 @@ const SURROUND_DEG: f64 = 30.0;
 
 /// Whether a sun is seen through a BSDF, from any direction. A file that cannot be read is left to the
 /// reading of the inputs.
-pub(crate) fn passes_straight(file: &Path) -> bool {
+pub(crate) fn passes_direct(file: &Path) -> bool {
     let Ok(bsdf) = bsdf::read(file, &mut Warnings::new()) else { return false };
     let blocks = [&bsdf.visible.transmission_front, &bsdf.visible.transmission_back];
-    blocks.into_iter().flatten().next().is_some_and(block_passes_straight)
+    blocks.into_iter().flatten().next().is_some_and(block_passes_direct)
 }
 
 /// In data as coarse as Klems' a peak is a bin whose value exceeds that of its surround by the published
 /// rule of peak extraction ([`PUBLISHED_CONTRAST`]), and by light that counts.
-fn block_passes_straight(block: &Block) -> bool {
+fn block_passes_direct(block: &Block) -> bool {
     let basis = AngleBasis::from(KlemsBasis::Full);
     let centres: Vec<_> = (0..basis.len()).map(|i| basis.centre(i)).collect();
     centres.iter().enumerate().any(|(i, incident)| {
@@ -110,16 +110,16 @@ mod tests {
     #[test]
     fn the_sun_is_seen_through_clear_panes_and_open_slats_and_not_through_diffusers() {
         let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-        let seen = |name: &str| passes_straight(&scenes.join(name));
+        let seen = |name: &str| passes_direct(&scenes.join(name));
         assert!(seen("office/bsdf/double_clear.xml") && seen("bsdf/clear.xml") && seen("bsdf/woven.xml"));
         assert!(!seen("bsdf/make_glass.py"), "no BSDF");
         let basis = AngleBasis::from(KlemsBasis::Full);
         let with_peak = |share: f64| {
             let lambda: Vec<f64> = (0..basis.len()).map(|i| basis.projected_solid_angle(i)).collect();
             let value = move |o: usize, i: usize| if o == i { 0.1 + share / lambda[i] } else { 0.1 };
-            block_passes_straight(&Block::Klems(KlemsMatrix::from_fn(&basis, value)))
+            block_passes_direct(&Block::Klems(KlemsMatrix::from_fn(&basis, value)))
         };
         assert!(!with_peak(0.0) && !with_peak(0.009) && with_peak(0.011) && with_peak(0.5));
-        assert!(!block_passes_straight(&Block::Tree(TensorTree::constant(4, 0.1))));
+        assert!(!block_passes_direct(&Block::Tree(TensorTree::constant(4, 0.1))));
     }
 }

@@ -22,7 +22,7 @@ use std::path::Path;
 pub struct Imported {
     /// The whole.
     pub total: Matrix<f32>,
-    /// Its straight part.
+    /// Its direct part.
     pub direct: Option<Matrix<f32>>,
 }
 
@@ -87,7 +87,7 @@ pub(crate) fn sun_matrix(file: &Path, sensors: usize, set: &SunSet) -> Result<Ma
     Matrix::from_data(sensors, columns.len(), 3, data)
 }
 
-/// The sun matrix of all groups, if their project names one; straight and without error.
+/// The sun matrix of all groups, if their project names one; direct and without error.
 ///
 /// # Errors
 /// As [`sun_matrix`]; files for some groups only.

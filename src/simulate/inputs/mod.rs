@@ -143,7 +143,7 @@ impl Inputs {
         let five = self.choice(project).phases == 5;
         for section in project.windows.iter().filter(|w| !(five && w.lets_suns_through())) {
             let states = if section.states.is_empty() { std::slice::from_ref(&section.bsdf) } else { &section.states[..] };
-            let Some(clear) = states.iter().find(|file| glazing::passes_straight(file)) else { continue };
+            let Some(clear) = states.iter().find(|file| glazing::passes_direct(file)) else { continue };
             warnings.push(
                 Error::new(format!(
                     "the sun is seen through window '{}', but it is spread over a patch of the sky and a bin of the BSDF: glare by \

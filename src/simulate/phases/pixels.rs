@@ -44,7 +44,7 @@ impl ViewJob<'_> {
         let kept = |path: &Path, rows: usize| self.context.store.has(path, &|path| is_of(path, inputs, (rows, bins, 3)));
         let rows = self.batch_rows(&raster).unwrap_or(0) * self.options.batches as usize;
         let there = kept(&self.context.store.matrix_path(&format!("V_{}", self.view.name)), raster.len())
-            && (!self.options.straight || kept(&self.direct_path(), raster.len()))
+            && (!self.options.direct || kept(&self.direct_path(), raster.len()))
             && (rows == 0 || kept(&self.batches_path(), rows));
         Ok(there.then_some((raster.len(), bins)))
     }
@@ -72,9 +72,9 @@ impl ViewJob<'_> {
         let batches = if geometry.is_some() { self.options.batches as usize } else { 0 };
         let mut sums: Vec<BatchSums> = geometry.iter().flat_map(|g| vec![BatchSums::new(g, bins); batches]).collect();
         let rows = sums.iter().map(BatchSums::rows).sum();
-        let straight = self.options.straight;
+        let with_direct = self.options.direct;
         if let Some(given) = &self.view.given.view {
-            let direct = self.view.given.view_direct.as_ref().filter(|_| straight).map(|d| (d, direct_path.as_path()));
+            let direct = self.view.given.view_direct.as_ref().filter(|_| with_direct).map(|d| (d, direct_path.as_path()));
             let sets = [Some((given, path.as_path())), direct];
             picture_sets::import(&sets, &raster, bins, inputs, &mut |rows| {
                 if let (Some(geometry), [sums, ..]) = (&geometry, &mut sums[..]) {
@@ -121,7 +121,7 @@ impl ViewJob<'_> {
                     out.write_all(&bytes).map_err(|e| Error::io(&path, &e))?;
                     if let Some(direct) = &mut direct {
                         bytes.clear();
-                        bytes.extend(rows.straight.iter().flat_map(|v| v.to_le_bytes()));
+                        bytes.extend(rows.direct.iter().flat_map(|v| v.to_le_bytes()));
                         direct.write_all(&bytes).map_err(|e| Error::io(&direct_path, &e))?;
                     }
                     Ok(())
@@ -130,7 +130,7 @@ impl ViewJob<'_> {
             statistics.add(found);
             Ok(())
         };
-        if straight {
+        if with_direct {
             write_atomically(&direct_path, |direct| write_atomically(&path, |out| trace(out, Some(direct))))?;
         } else {
             write_atomically(&path, |out| trace(out, None))?;
@@ -149,7 +149,7 @@ impl ViewJob<'_> {
         write_matrix(Some(&self.batches_path()), &matrix, Format::Float, &header)
     }
 
-    /// Where the straight part of the view matrix is kept.
+    /// Where the direct part of the view matrix is kept.
     pub(crate) fn direct_path(&self) -> PathBuf {
         self.context.store.matrix_path(&format!("V_{}_direct", self.view.name))
     }

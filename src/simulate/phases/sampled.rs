@@ -140,7 +140,7 @@ fn view_source<'a>(context: &Context<'a>, windows: &'a [Window], sensors: &'a [S
         name: "V".into(),
         inputs: fingerprint,
         shape: (sensors.len(), inputs.bins()),
-        keep_straight: direct,
+        keep_direct: direct,
         trace: Box::new(move |round, progress: &dyn Progress| {
             meter.measure(|s| &mut s.view, || view_matrix::compute(device, &inputs.scene, windows, sensors, &options(round), progress))
         }),
@@ -163,7 +163,7 @@ fn daylight_source<'a>(context: &Context<'a>, number: usize, meter: &'a Meter) -
         name: format!("D_{}", window.name),
         inputs: fingerprint,
         shape: (window.window.basis.len(), sky.len()),
-        keep_straight: direct,
+        keep_direct: direct,
         trace: Box::new(move |round, progress: &dyn Progress| {
             meter.measure(
                 |s| &mut s.daylight,

@@ -86,7 +86,7 @@ pub(crate) fn image_options(project: &Project, phases: u32) -> ImageOptions {
         window_samples,
         near_samples,
         seed: seed(project, 0, 0),
-        straight: phases == 5,
+        direct: phases == 5,
         ..standard
     }
 }

@@ -56,7 +56,7 @@ impl Project {
         let sensors = self.sensors.iter().map(|s| (&self.places.sensors, &s.name, "view", &s.view));
         for (place, name, key, given) in windows.chain(sensors) {
             if phases == 5 && given.as_ref().is_some_and(|g| g.direct.is_none()) {
-                let text = format!("'{name}' has a matrix '{key}' without its straight part, which five phases subtract");
+                let text = format!("'{name}' has a matrix '{key}' without its direct part, which five phases subtract");
                 return Err(place.of(Error::new(text)).help(format!("add {key}_direct = \"….mtx\"")));
             }
         }
@@ -77,7 +77,7 @@ impl Project {
             let (name, given) = (&view.name, &view.given);
             if phases == 5 && given.view.is_some() && given.view_direct.is_none() {
                 return fault(
-                    format!("'{name}' has pictures 'view' without their straight part, which five phases subtract"),
+                    format!("'{name}' has pictures 'view' without their direct part, which five phases subtract"),
                     "add view_direct = \"vd%03d.hdr\"",
                 );
             }

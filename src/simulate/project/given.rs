@@ -5,25 +5,25 @@ use crate::error::Result;
 use crate::image::series::Pattern;
 use std::path::PathBuf;
 
-/// Files of a matrix and of its straight part.
+/// Files of a matrix and of its direct part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportSection {
     /// The whole.
     pub total: PathBuf,
-    /// Its straight part; five phases need it.
+    /// Its direct part; five phases need it.
     pub direct: Option<PathBuf>,
 }
 
 impl ImportSection {
-    /// The section's keys for the whole and for its straight part.
+    /// The section's keys for the whole and for its direct part.
     ///
     /// # Errors
-    /// Values that are no files; a straight part alone.
-    pub(super) fn read(table: &mut Table<'_, '_>, whole: &'static str, straight: &'static str) -> Result<Option<Self>> {
-        let (total, direct) = (table.path(whole)?, table.path(straight)?);
+    /// Values that are no files; a direct part alone.
+    pub(super) fn read(table: &mut Table<'_, '_>, whole: &'static str, direct_key: &'static str) -> Result<Option<Self>> {
+        let (total, direct) = (table.path(whole)?, table.path(direct_key)?);
         match (total, direct) {
             (None, Some(_)) => Err(table
-                .error(straight, format!("'{straight}' is part of a matrix '{whole}', which is not given"))
+                .error(direct_key, format!("'{direct_key}' is part of a matrix '{whole}', which is not given"))
                 .help("give both, or neither: they are then traced together")),
             (total, direct) => Ok(total.map(|total| Self { total, direct })),
         }

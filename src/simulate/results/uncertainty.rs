@@ -64,7 +64,7 @@ impl<'m> Deviations<'m> {
         let lit = |sky: &Matrix<f32>| select_columns(sky, &light.hours);
         let skies = Skies { whole: lit(chain.sky), sun: chain.sun.map(lit) };
         let (total, direct) = (chain.view.total(), chain.view.direct());
-        let mean_direct = mean_of(&chain.view.straight);
+        let mean_direct = mean_of(&chain.view.direct);
         // Differences of noise have either sign.
         let rows = |total: &Matrix<f32>, direct: &Matrix<f32>| light.receivers(total, direct, Differences::Noisy);
         let mean = rows(&mean_of(&chain.view.replicates), &mean_direct);
@@ -72,7 +72,7 @@ impl<'m> Deviations<'m> {
             0 | 1 => Vec::new(),
             n => (0..n)
                 .map(|r| {
-                    let own = rows(&chain.view.replicates[r], chain.view.straight.get(r).unwrap_or(&mean_direct));
+                    let own = rows(&chain.view.replicates[r], chain.view.direct.get(r).unwrap_or(&mean_direct));
                     own.less(&mean)
                 })
                 .collect(),
@@ -112,7 +112,7 @@ impl<'m> Deviations<'m> {
             if daylight.replicates.len() < 2 {
                 continue;
             }
-            let means = [mean_of(&daylight.replicates), mean_of(&daylight.straight)];
+            let means = [mean_of(&daylight.replicates), mean_of(&daylight.direct)];
             for r in 0..daylight.replicates.len() {
                 let change = self.change_of_light(multiplier, number, r, &means)?;
                 let part = illuminance(multiplier, &seen, &change)?;
@@ -150,8 +150,8 @@ impl<'m> Deviations<'m> {
         if !self.light.is_split() {
             return Ok(all);
         }
-        let sun = match self.skies.sun.as_ref().filter(|_| section.is_sunny() && estimate.straight.len() > 1) {
-            Some(sun) => through(&estimate.straight, direct, sun)?,
+        let sun = match self.skies.sun.as_ref().filter(|_| section.is_sunny() && estimate.direct.len() > 1) {
+            Some(sun) => through(&estimate.direct, direct, sun)?,
             None => Matrix::zeros(all.rows(), all.cols(), 3),
         };
         Ok(without_sun(all, &sun, Differences::Noisy))

@@ -91,7 +91,7 @@ impl Chain<'_> {
                 let of = |r: usize| {
                     let mut light = transmitted(t, &d.replicates[r], &year);
                     if let Some(sun) = &sun {
-                        let direct = d.straight.get(r).or(d.straight.last()).filter(|_| window.is_sunny());
+                        let direct = d.direct.get(r).or(d.direct.last()).filter(|_| window.is_sunny());
                         let taken = direct.map_or_else(|| vec![[0.0; 3]; light.len()], |d| transmitted(t, d, sun));
                         let rest: Light = light.iter().zip(&taken).map(|(all, sun)| less(*all, *sun)).collect();
                         light.extend(rest);
@@ -112,7 +112,7 @@ impl Chain<'_> {
         if self.sun.is_none() {
             return whole;
         }
-        let direct = of(&self.view.straight[replicate.min(self.view.straight.len() - 1)]);
+        let direct = of(&self.view.direct[replicate.min(self.view.direct.len() - 1)]);
         whole.iter().zip(&direct).map(|(all, direct)| less(*all, *direct)).chain(direct.iter().copied()).collect()
     }
 

@@ -77,7 +77,7 @@ fn found(case: &Case<'_>, seeds: u32) -> Found {
             name: "V".into(),
             inputs: Fingerprint::new(case.name),
             shape: case.shape,
-            keep_straight: false,
+            keep_direct: false,
             trace: Box::new(move |round, _| Ok((case.trace)(stream_seed(seed, round, 0x636f_7665) << 8 | round.min(255)))),
             exact: None,
         };

@@ -14,8 +14,8 @@ use crate::statistics::variance_of_mean;
 pub struct Estimate {
     /// Independent estimates of the matrix; a single one if it is exact.
     pub replicates: Vec<Matrix<f32>>,
-    /// The same of its straight part where they are needed, else their mean alone.
-    pub straight: Vec<Matrix<f32>>,
+    /// The same of its direct part where they are needed, else their mean alone.
+    pub direct: Vec<Matrix<f32>>,
     /// Rounds so far.
     pub rounds: u32,
     /// Rays so far.
@@ -71,19 +71,19 @@ impl From<Imported> for Estimate {
 impl Estimate {
     /// Nothing yet.
     pub fn none() -> Self {
-        Self { replicates: Vec::new(), straight: Vec::new(), rounds: 0, rays: 0, spread: Spread::default() }
+        Self { replicates: Vec::new(), direct: Vec::new(), rounds: 0, rays: 0, spread: Spread::default() }
     }
 
-    /// A matrix that was not sampled, and its straight part.
-    pub fn exact(total: Matrix<f32>, straight: Matrix<f32>) -> Self {
-        Self { replicates: vec![total], straight: vec![straight], ..Self::none() }
+    /// A matrix that was not sampled, and its direct part.
+    pub fn exact(total: Matrix<f32>, direct: Matrix<f32>) -> Self {
+        Self { replicates: vec![total], direct: vec![direct], ..Self::none() }
     }
 
     /// One round.
-    pub fn of_round(traced: TracedMatrix, keep_straight: bool) -> Self {
-        let (replicates, straight): (Vec<_>, Vec<_>) = traced.batches.into_iter().map(|b| (b.total, b.direct)).unzip();
-        let straight = if keep_straight { straight } else { vec![mean_of(&straight)] };
-        Self { replicates, straight, rounds: 1, rays: traced.statistics.segments, spread: Spread::default() }
+    pub fn of_round(traced: TracedMatrix, keep_direct: bool) -> Self {
+        let (replicates, direct): (Vec<_>, Vec<_>) = traced.batches.into_iter().map(|b| (b.total, b.direct)).unzip();
+        let direct = if keep_direct { direct } else { vec![mean_of(&direct)] };
+        Self { replicates, direct, rounds: 1, rays: traced.statistics.segments, spread: Spread::default() }
     }
 
     /// Adds a round. Means are rounded to f32 after each, so that one read back from its file goes on
@@ -94,7 +94,7 @@ impl Estimate {
             return;
         }
         let n = f64::from(self.rounds);
-        let pairs = self.replicates.iter_mut().zip(&round.replicates).chain(self.straight.iter_mut().zip(&round.straight));
+        let pairs = self.replicates.iter_mut().zip(&round.replicates).chain(self.direct.iter_mut().zip(&round.direct));
         for (mean, new) in pairs {
             for (m, &v) in mean.data_mut().iter_mut().zip(new.data()) {
                 *m = ((f64::from(*m) * n + f64::from(v)) / (n + 1.0)) as f32;
@@ -109,9 +109,9 @@ impl Estimate {
         mean_of(&self.replicates)
     }
 
-    /// What arrives straight, never more than the whole; as it was given if it was not sampled.
+    /// What arrives direct, never more than the whole; as it was given if it was not sampled.
     pub fn direct(&self) -> Matrix<f32> {
-        let mut direct = mean_of(&self.straight);
+        let mut direct = mean_of(&self.direct);
         if self.rounds == 0 {
             return direct;
         }
@@ -129,25 +129,25 @@ impl Estimate {
         Matrix::from_data(first.rows(), first.cols(), first.components(), data).expect("the shape of the replicates")
     }
 
-    /// Everything in one matrix, for a file: replicates, then the straight part, one below the other.
+    /// Everything in one matrix, for a file: replicates, then the direct part, one below the other.
     pub fn stacked(&self) -> Result<Matrix<f32>> {
         let first = &self.replicates[0];
-        let all = self.replicates.iter().chain(&self.straight);
+        let all = self.replicates.iter().chain(&self.direct);
         let data: Vec<f32> = all.flat_map(|m| m.data()).copied().collect();
-        Matrix::from_data(first.rows() * (self.replicates.len() + self.straight.len()), first.cols(), first.components(), data)
+        Matrix::from_data(first.rows() * (self.replicates.len() + self.direct.len()), first.cols(), first.components(), data)
     }
 
-    /// The inverse of [`stacked`](Self::stacked) for matrices of so many `rows`, `straight` of them
-    /// the straight part.
-    pub fn unstacked(stacked: &Matrix<f32>, rows: usize, straight: usize, rounds: u32, rays: u64) -> Result<Self> {
+    /// The inverse of [`stacked`](Self::stacked) for matrices of so many `rows`, `direct` of them
+    /// the direct part.
+    pub fn unstacked(stacked: &Matrix<f32>, rows: usize, direct: usize, rounds: u32, rays: u64) -> Result<Self> {
         let values = rows * stacked.cols() * stacked.components();
         let mut parts = stacked
             .data()
             .chunks_exact(values.max(1))
             .map(|part| Matrix::from_data(rows, stacked.cols(), stacked.components(), part.to_vec()))
             .collect::<Result<Vec<_>>>()?;
-        let straight = parts.split_off(parts.len().saturating_sub(straight));
-        Ok(Self { replicates: parts, straight, rounds, rays, spread: Spread::default() })
+        let direct = parts.split_off(parts.len().saturating_sub(direct));
+        Ok(Self { replicates: parts, direct, rounds, rays, spread: Spread::default() })
     }
 }
 
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(back, e);
         let mut mean_only = Estimate::none();
         mean_only.add(Estimate::of_round(traced([1.0, 3.0], [0.5, 0.7]), false));
-        assert_eq!((mean_only.straight.len(), mean_only.direct().data()), (1, &[0.6][..]));
+        assert_eq!((mean_only.direct.len(), mean_only.direct().data()), (1, &[0.6][..]));
     }
 
     #[test]

@@ -23,8 +23,8 @@ pub(crate) struct Source<'a> {
     pub inputs: Fingerprint,
     /// Rows and columns.
     pub shape: (usize, usize),
-    /// Whether every replicate's straight part is kept.
-    pub keep_straight: bool,
+    /// Whether every replicate's direct part is kept.
+    pub keep_direct: bool,
     /// Traces the round of this number, with batches.
     pub trace: Box<dyn Fn(u32, &dyn Progress) -> Result<TracedMatrix> + 'a>,
     /// What is known without sampling.
@@ -192,7 +192,7 @@ impl<'s, 'a> State<'s, 'a> {
         let clock = Instant::now();
         let traced = (source.trace)(self.estimates[i].rounds, progress)?;
         self.seconds += clock.elapsed().as_secs_f64();
-        let mut round = Estimate::of_round(traced, source.keep_straight);
+        let mut round = Estimate::of_round(traced, source.keep_direct);
         if let Some(judge) = judge {
             // With this round alone in the place of all.
             std::mem::swap(&mut self.estimates[i], &mut round);
@@ -220,7 +220,7 @@ impl<'s, 'a> State<'s, 'a> {
             if let Stop::Adaptive { target: Some(target), .. } = stop {
                 more.push(format!("{TARGET}={target}"));
             }
-            let about = "independent replicates, one below the other, then the same of the straight part";
+            let about = "independent replicates, one below the other, then the same of the direct part";
             store.save_with(&file_name(&source.name), &estimate.stacked()?, source.inputs, about, &more)?;
             let spread = &estimate.spread;
             if spread.rounds > 0 {
@@ -271,8 +271,8 @@ fn load_one(source: &Source<'_>, number: usize, stop: Stop, store: &Store) -> Op
     let rows = source.shape.0;
     let parts = m.rows().checked_div(rows)?;
     let sound = allowed && own > 0 && m.cols() == source.shape.1 && m.components() == 3 && m.rows() == parts * rows && parts >= 2;
-    let straight = if source.keep_straight { parts / 2 } else { 1 };
-    let mut estimate = Estimate::unstacked(m, rows, straight, own, rays).ok()?;
+    let direct = if source.keep_direct { parts / 2 } else { 1 };
+    let mut estimate = Estimate::unstacked(m, rows, direct, own, rays).ok()?;
     if let Stop::Adaptive { .. } = stop {
         match load_spread(source, own, estimate.replicates.len(), store) {
             Some(spread) => estimate.spread = spread,

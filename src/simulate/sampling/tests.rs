@@ -28,7 +28,7 @@ fn sources<'a>(left: &'a AtomicU32) -> Vec<Source<'a>> {
             name: name.into(),
             inputs: Fingerprint::new(name),
             shape: (1, 1),
-            keep_straight: false,
+            keep_direct: false,
             trace: Box::new(move |round, _| {
                 if left.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |n| n.checked_sub(1)).is_err() {
                     return Err(cancelled());

@@ -18,7 +18,7 @@ pub(super) struct MatrixNoise<'m> {
     suns: Option<SunNoise<'m>>,
 }
 
-/// What five phases change: straight light of the sun's patches is taken away, and with it its error.
+/// What five phases change: direct light of the sun's patches is taken away, and with it its error.
 #[derive(Clone, Copy)]
 pub(super) struct SunNoise<'m> {
     /// Sds of the hours.
@@ -76,9 +76,9 @@ impl HourNoise for MatrixNoise<'_> {
         // Beside V − Vd stands Vd: their changes by an entry of D add up.
         let values = self.light.bins * 3;
         let mut all = gradient[..values].to_vec();
-        let mut straight = gradient[values..].to_vec();
-        straight.resize(values, 0.0);
-        all.iter_mut().zip(&straight).for_each(|(a, s)| *a += s);
+        let mut direct = gradient[values..].to_vec();
+        direct.resize(values, 0.0);
+        all.iter_mut().zip(&direct).for_each(|(a, s)| *a += s);
         let mut by_eye = vec![0.0; values];
         let mut variance = 0.0;
         if let Some(eye) = &self.eye {
@@ -107,10 +107,10 @@ impl HourNoise for MatrixNoise<'_> {
             if let Some(suns) = self.suns
                 && window.is_traced
             {
-                let parts = straight[range.clone()].iter().zip(&by_eye[range]);
-                let straight: Vec<f64> = parts.map(|(s, e)| s + e).collect();
+                let parts = direct[range.clone()].iter().zip(&by_eye[range]);
+                let direct: Vec<f64> = parts.map(|(s, e)| s + e).collect();
                 let daylight = [&suns.daylight[number], &suns.daylight_direct[number]];
-                of_window -= window.without_sun(&outside, &window.outside(&straight), &sky, &column(suns.patches), daylight);
+                of_window -= window.without_sun(&outside, &window.outside(&direct), &sky, &column(suns.patches), daylight);
             }
             variance += of_window.max(0.0);
         }
@@ -136,20 +136,20 @@ impl WindowNoise<'_> {
         outside
     }
 
-    /// How much smaller the variance is without the sun's patches seen straight (gradient `straight`).
+    /// How much smaller the variance is without the sun's patches seen directly (with the gradient `seen`).
     /// The errors of D and of its part Dd come from the same paths: they are taken to be in the ratio
     /// of the values.
     fn without_sun(
         &self,
         outside: &[[f64; 3]],
-        straight: &[[f64; 3]],
+        seen: &[[f64; 3]],
         sky: &[[f64; 3]],
         suns: &[[f64; 3]],
         [daylight, direct]: [&Matrix<f32>; 2],
     ) -> f64 {
         let mut less = 0.0;
         for (patch, sun) in suns.iter().enumerate().filter(|(_, s)| s.iter().any(|&s| s > 0.0)) {
-            for (bin, (v, w)) in outside.iter().zip(straight).enumerate() {
+            for (bin, (v, w)) in outside.iter().zip(seen).enumerate() {
                 let (error, all, direct) = (self.error.at(bin, patch), daylight.at(bin, patch), direct.at(bin, patch));
                 let (mut with, mut away) = (0.0, 0.0);
                 for c in 0..3 {

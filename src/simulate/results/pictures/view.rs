@@ -32,7 +32,7 @@ enum Source {
     Matrix(Matrix<f32>),
     Rows(MatrixRows),
     Pictures(PictureSet),
-    /// V and its straight part Vd: rows V − Vd, then Vd.
+    /// V and its direct part Vd: rows V − Vd, then Vd.
     Split(Box<[MatrixRows; 2]>),
 }
 
@@ -92,7 +92,7 @@ impl PictureView {
         Ok(Self { name: path.display().to_string(), source, next_row: 0, width, height, bins, view })
     }
 
-    /// Opens a view matrix and its straight part, both files of this program with the same shape: a
+    /// Opens a view matrix and its direct part, both files of this program with the same shape: a
     /// matrix of twice the columns, V − Vd and Vd.
     ///
     /// # Errors
@@ -101,7 +101,7 @@ impl PictureView {
         let Self { name, source, width, height, bins, view, .. } = Self::open_matrix(total, None)?;
         let rows = MatrixRows::open(direct)?.filter(|r| (r.rows(), r.cols(), r.components()) == (width * height, bins, RGB));
         let (Source::Rows(total), Some(direct)) = (source, rows) else {
-            return Err(Error::new("the straight part of a view matrix has not the shape of the whole").file(direct));
+            return Err(Error::new("the direct part of a view matrix has not the shape of the whole").file(direct));
         };
         Ok(Self { name, source: Source::Split(Box::new([total, direct])), next_row: 0, width, height, bins: 2 * bins, view })
     }
@@ -238,15 +238,15 @@ impl Reader<'_> {
 
 /// The next rows of V − Vd and Vd, side by side.
 fn read_split([total, direct]: &mut [MatrixRows; 2], count: usize, values: &mut Vec<f32>) -> Result<()> {
-    let (mut all, mut straight) = (Vec::new(), Vec::new());
+    let (mut all, mut seen_directly) = (Vec::new(), Vec::new());
     total.read(count, &mut all)?;
-    direct.read(count, &mut straight)?;
+    direct.read(count, &mut seen_directly)?;
     let row = total.cols() * RGB;
     values.clear();
     values.reserve(2 * all.len());
-    for (all, straight) in all.chunks_exact(row).zip(straight.chunks_exact(row)) {
-        values.extend(all.iter().zip(straight).map(|(a, s)| (a - s).max(0.0)));
-        values.extend_from_slice(straight);
+    for (all, direct) in all.chunks_exact(row).zip(seen_directly.chunks_exact(row)) {
+        values.extend(all.iter().zip(direct).map(|(a, s)| (a - s).max(0.0)));
+        values.extend_from_slice(direct);
     }
     Ok(())
 }

@@ -84,21 +84,21 @@ fn deviations_are_those_of_the_products_replicate_by_replicate() {
             sum
         };
         let product = |v: &Matrix<f64>, d: &Matrix<f64>, s: &Matrix<f32>| multiply(&multiply(v, &multiply(t, d)), s);
-        let (v, d, vd, dd) = (mean(&view.replicates), mean(&daylight[0].replicates), mean(&view.straight), mean(&daylight[0].straight));
+        let (v, d, vd, dd) = (mean(&view.replicates), mean(&daylight[0].replicates), mean(&view.direct), mean(&daylight[0].direct));
         let annual = chain.annual();
         for r in 0..8 {
             let f64s = |m: &Matrix<f32>| m.map(f64::from);
             // Far from first order in nothing: linear in each, so two products less two means.
             let whole = [product(&f64s(&view.replicates[r]), &d, &sky), product(&v, &f64s(&daylight[0].replicates[r]), &sky)];
-            let straight = taken.map(|sun| {
-                [product(&f64s(&view.straight[r]), &dd, sun), product(&vd, &f64s(&daylight[0].straight[r]), sun), product(&vd, &dd, sun)]
+            let direct = taken.map(|sun| {
+                [product(&f64s(&view.direct[r]), &dd, sun), product(&vd, &f64s(&daylight[0].direct[r]), sun), product(&vd, &dd, sun)]
             });
             let centre = product(&v, &d, &sky);
             for sensor in 0..3 {
                 for hour in 0..24 {
                     let lux = |m: &Matrix<f64>| (0..3).map(|c| ILLUMINANCE_WEIGHTS[c] * m.at(sensor, hour)[c]).sum::<f64>();
                     let mut wanted = lux(&whole[0]) + lux(&whole[1]) - 2.0 * lux(&centre);
-                    if let Some([a, b, mean]) = &straight {
+                    if let Some([a, b, mean]) = &direct {
                         wanted -= lux(a) + lux(b) - 2.0 * lux(mean);
                     }
                     let found = f64::from(deviations.at(r * 3 + sensor, hour)[0]);
