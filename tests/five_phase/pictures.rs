@@ -91,7 +91,8 @@ fn exported_pictures_imported_give_the_same_pictures_and_glare() {
     const DGP: f64 = 2e-3;
     assert!(compared >= 8 && off < DGP);
     for ([_, a], [_, b]) in pairs {
-        assert!((a - b).abs() <= 0.004 * a, "{a} {b} lx");
+        // The table has hundredths of a lux.
+        assert!((a - b).abs() <= 0.004 * a + 0.01, "{a} {b} lx");
     }
     let found = format!("{compared} pictures within {} (rms), DGP within {}", percent(worst), short(off));
     measured("picture-sets", &found, &format!("entries {}, pictures {}, DGP {}", percent(ENTRY.into()), percent(PICTURE), short(DGP)));
