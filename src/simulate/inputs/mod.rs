@@ -14,7 +14,7 @@ use self::shade::Shade;
 use self::suns::SunSet;
 pub(crate) use self::windows::read_surfaces;
 pub use self::windows::{ProjectWindow, in_colour};
-use self::windows::{check_side, read_windows};
+use self::windows::{check_sides, read_windows};
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::pane::PaneBsdf;
@@ -103,7 +103,7 @@ impl Inputs {
             warnings.push(Error::new("matrices made elsewhere count as exact: their noise is not in the estimated error"));
         }
         let everywhere: Vec<Sensor> = sensors.iter().flat_map(|g| &g.sensors).copied().collect();
-        windows.iter().try_for_each(|window| check_side(window, &everywhere))?;
+        check_sides(&windows, &everywhere, warnings)?;
         let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
         mirrors::warn(&scene, &plain, warnings);
         let seem_dark = reach::seem_dark(&scene, &plain, &sensors);

@@ -160,22 +160,31 @@ pub fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
     Matrix::from_data(matrix.rows(), matrix.cols(), 3, data).expect("three values per element")
 }
 
-/// Sensors must see some window from its room side, or its normal points the wrong way.
-pub(super) fn check_side(window: &ProjectWindow, sensors: &[Sensor]) -> Result<()> {
+/// Sensors must see some window from its room side, or the normals point the wrong way. Windows that no sensor
+/// sees so may be those of other rooms: they are named.
+pub(super) fn check_sides(windows: &[ProjectWindow], sensors: &[Sensor], warnings: &mut Warnings) -> Result<()> {
     if sensors.is_empty() {
         return Ok(());
     }
-    let corners = || window.window.triangles.iter().flatten();
-    let inside = |sensor: &Sensor| corners().any(|c| (sensor.position - *c).dot(window.window.frame.z) > 0.0);
-    if sensors.iter().any(inside) {
-        return Ok(());
+    let corners = |window: &ProjectWindow| window.window.triangles.as_flattened().to_vec();
+    let lights = |w: &&ProjectWindow| {
+        let corners = corners(w);
+        sensors.iter().any(|s| corners.iter().any(|c| (s.position - *c).dot(w.window.frame.z) > 0.0))
+    };
+    let behind: Vec<&ProjectWindow> = windows.iter().filter(|w| !lights(w)).collect();
+    for window in &behind {
+        let corners = corners(window);
+        let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
+        let place = format!("window '{}' at {:.3} {:.3} {:.3}", window.name, middle.x, middle.y, middle.z);
+        let told = |text: String| Error::new(text).file(&window.window.origin.file).line(window.window.origin.line);
+        if behind.len() == windows.len() {
+            return Err(told(format!("{place} faces the wrong way: every sensor is behind it"))
+                .help("its normal must point into the room: reverse the order of its vertices"));
+        }
+        warnings.push(
+            told(format!("{place} lights no sensor: all are behind it"))
+                .help("right for a window of another room; else its normal must point into this one: reverse the order of its vertices"),
+        );
     }
-    let middle = corners().sum::<DVec3>() / corners().count().max(1) as f64;
-    Err(Error::new(format!(
-        "window '{}' at {:.3} {:.3} {:.3} faces the wrong way: every sensor is behind it",
-        window.name, middle.x, middle.y, middle.z
-    ))
-    .file(&window.window.origin.file)
-    .line(window.window.origin.line)
-    .help("its normal must point into the room: reverse the order of its vertices"))
+    Ok(())
 }
