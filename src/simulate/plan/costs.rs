@@ -7,6 +7,7 @@ use super::presets::{daylight_options, image_options, pane_options, rounds, sun_
 use crate::bvh::Caster;
 use crate::error::Result;
 use crate::kernels::daylight_matrix::unobstructed;
+use crate::kernels::sun_matrix::SunOptions;
 use crate::random::Random;
 use crate::scene::{MaterialKind, Triangle};
 use crate::simulate::inputs::Inputs;
@@ -46,6 +47,8 @@ mod slow {
     pub(super) const DAYLIGHT_RAY: f64 = 0.55e-6;
     pub(super) const SUN_RAY: f64 = 0.6e-6;
     pub(super) const SUN_PIXEL_RAY: f64 = 1.6e-6;
+    /// A sun that shines through a cell of a pane to a sensor or pixel: the scattering function between them.
+    pub(super) const PANE_ENTRY: f64 = 0.12e-6;
     /// An entry of a picture's row in a batch: once, and per light path of its bin.
     pub(super) const PIXEL_ENTRY: [f64; 2] = [0.3e-6, 0.02e-6];
     /// An entry of S.
@@ -242,7 +245,8 @@ pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, l
     {
         let needed = suns.census.needed;
         let phase = PhasePlan::new("Cds of sensors".into(), (count, "sensors"), (needed, "suns"));
-        all.push(phase.traced(sun_rays(project, inputs, count, needed), slow::SUN_RAY));
+        let scattered = pane_entries(inputs, &pane_options(project), count, needed) * slow::PANE_ENTRY;
+        all.push(phase.traced(sun_rays(project, inputs, count, needed), slow::SUN_RAY).worked(scattered));
     }
     if count > 0 {
         // All replicates of the errors are multiplied as the result is; five phases have three skies.
@@ -271,6 +275,13 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
             + pairs * f64::from(p.batches) * SENSOR_TO_SUN.rays(p.disc_samples, 0);
     }
     rays
+}
+
+/// Values of scattering functions between suns, cells of panes, and so many sensors or pixels.
+fn pane_entries(inputs: &Inputs, options: &SunOptions, receivers: usize, suns: usize) -> f64 {
+    let has_pane = inputs.windows.iter().any(|w| w.pane.is_some());
+    let cells = f64::from(options.batches) * f64::from(options.cells);
+    if has_pane { (receivers * suns) as f64 * cells } else { 0.0 }
 }
 
 /// Phases of one view: its matrix, its suns, its pictures, its glare.
@@ -315,9 +326,11 @@ fn view_costs(project: &Project, inputs: &Inputs, view: &ViewSection, suns: Opti
             some.dedup();
             some.len()
         };
-        let rays = if view.given.sun.is_some() { 0.0 } else { sun_picture_rays(project, inputs, seen, needed) };
+        let traced = view.given.sun.is_none();
+        let rays = if traced { sun_picture_rays(project, inputs, seen, needed) } else { 0.0 };
+        let entries = if traced { pane_entries(inputs, &sun_picture_options(project).panes, seen, needed) } else { 0.0 };
         let phase = PhasePlan::new(format!("suns of {name}"), (pixels, "pixels"), (needed, "suns"));
-        all.push(phase.traced(rays, slow::SUN_PIXEL_RAY));
+        all.push(phase.traced(rays, slow::SUN_PIXEL_RAY).worked(entries * slow::PANE_ENTRY));
     }
     let columns = if suns.is_some() { 2 * bins } else { bins };
     let products = 3.0 * (seen * columns) as f64 * slow::PRODUCT;

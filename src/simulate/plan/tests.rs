@@ -52,6 +52,24 @@ fn the_rays_of_every_phase_are_those_foretold() {
     }
 }
 
+/// Suns through a pane are work of scattering functions: with 4 times the cells and twice the batches 8 times as
+/// much. Measured at standard: 43 s for 7200 pixels and 363 suns.
+#[test]
+fn suns_through_panes_in_pictures_cost_their_scattering_functions() {
+    let blinds = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/blinds");
+    let mut project = Project::read(&blinds.join("project.toml")).unwrap();
+    (project.windows[0].shade, project.windows[0].tensor_tree) = (None, Some(project.windows[0].bsdf.clone()));
+    let seconds = |project: &Project| {
+        let inputs = Inputs::read(project, &mut Warnings::new()).unwrap();
+        plan(project, &inputs).unwrap().costs.iter().find(|p| p.name == "suns of seat").unwrap().slow_seconds
+    };
+    let standard = seconds(&project);
+    assert!((43.0 / FACTOR..43.0 * FACTOR).contains(&standard), "{standard}");
+    project.quality.preset = Preset::Final;
+    let grown = seconds(&project) / standard;
+    assert!((7.0..8.0).contains(&grown), "{grown}");
+}
+
 /// The two kinds of work that rays do not show: states of the façade, and pictures.
 #[test]
 fn states_and_pictures_cost_what_they_are_more() {
