@@ -55,6 +55,10 @@ mod slow {
     pub(super) const SKY: f64 = 26e-9;
     /// A multiplication and addition of a product.
     pub(super) const PRODUCT: f64 = 0.06e-9;
+    /// An hour with light, whatever its picture.
+    pub(super) const GLARE_HOUR: f64 = 0.15e-3;
+    /// Share of a picture's tiles that may reach the threshold in such an hour: the others are left out.
+    pub(super) const GLARE_TILES: f64 = 0.25;
     /// A pixel of an hour with light: the sources that it belongs to.
     pub(super) const GLARE_PIXEL: f64 = 10e-9;
     /// An entry of D in an hour, whose noise is in that of its glare.
@@ -341,7 +345,7 @@ fn view_costs(project: &Project, inputs: &Inputs, view: &ViewSection, suns: Opti
     if has_pictures {
         let states = inputs.windows.iter().map(|w| w.states.len()).max().unwrap_or(0).max(1);
         let noise = (bins * inputs.sky(project).len()) as f64 * slow::GLARE_NOISE;
-        let each = products + seen as f64 * slow::GLARE_PIXEL + noise;
+        let each = slow::GLARE_HOUR + slow::GLARE_TILES * (products + seen as f64 * slow::GLARE_PIXEL) + noise;
         let phase = PhasePlan::new(format!("glare of {name}"), (states, "states"), (lit, "steps"));
         all.push(phase.worked((states * lit) as f64 * each));
     }
