@@ -50,7 +50,7 @@ validation: vulkan
 	@rm -rf target/validation
 	cargo test --release --workspace -- --skip validation_has_the_structure
 	cargo bench
-	cargo test --release --test validation -- --ignored --nocapture write_validation
+	cargo run --release --example write_validation
 
 # Without results there is nothing to look at: then the demo comes first.
 viewer: vulkan

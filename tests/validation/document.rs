@@ -1,21 +1,21 @@
-//! A document that tests and benchmarks fill: its template with places `{{key}}` and `{{key.held}}`, and whether
-//! template, sources and document fit together.
+//! A document that tests and benchmarks fill: its template with places `{{key}}` and `{{key.held}}`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// What a place shows of which nothing was ever measured.
 pub const NOTHING: &str = "–";
 
 /// A piece of a line of the template.
 #[derive(Debug, PartialEq)]
-enum Piece<'t> {
+pub enum Piece<'t> {
     /// Text that stands in the document as it is.
     Text(&'t str),
     /// The place of what was measured, by its name: `key` or `key.held`.
     Place(&'t str),
 }
 
-fn pieces(line: &str) -> Vec<Piece<'_>> {
+/// Texts and places of a line of the template, in turn.
+pub fn pieces(line: &str) -> Vec<Piece<'_>> {
     let mut found = Vec::new();
     let mut rest = line;
     while let Some((text, after)) = rest.split_once("{{") {
@@ -28,7 +28,7 @@ fn pieces(line: &str) -> Vec<Piece<'_>> {
 }
 
 /// Whether `line` is the template's line with something in each place; what that is goes to `values`.
-fn fits<'t, 'd>(template: &[Piece<'t>], line: &'d str, values: &mut Vec<(&'t str, &'d str)>) -> bool {
+pub fn fits<'t, 'd>(template: &[Piece<'t>], line: &'d str, values: &mut Vec<(&'t str, &'d str)>) -> bool {
     match template {
         [] => line.is_empty(),
         [Piece::Text(text), rest @ ..] => line.strip_prefix(text).is_some_and(|after| fits(rest, after, values)),
@@ -48,24 +48,6 @@ fn fits<'t, 'd>(template: &[Piece<'t>], line: &'d str, values: &mut Vec<(&'t str
             false
         }
     }
-}
-
-/// What is wrong with the document's structure: paragraphs that are not the template's with something in each place.
-pub fn stale(template: &str, document: &str) -> Vec<String> {
-    let mut faults = Vec::new();
-    let mut heading = "the beginning";
-    let mut lines = document.lines();
-    for (number, wanted) in template.lines().enumerate() {
-        if wanted.starts_with('#') {
-            heading = wanted;
-        }
-        let found = lines.next().unwrap_or_default();
-        if !fits(&pieces(wanted), found, &mut Vec::new()) {
-            faults.push(format!("line {}, under '{heading}': the template has\n    {wanted}\n  the document\n    {found}", number + 1));
-        }
-    }
-    faults.extend(lines.map(|line| format!("after the template's end: {line}")));
-    faults
 }
 
 /// What places of the template show in a document, also in one of an older template as far as lines are alike.
@@ -108,51 +90,4 @@ pub fn fill(template: &str, document: &str, measured: impl Fn(&str) -> Option<[S
         text.push('\n');
     }
     (text, kept)
-}
-
-/// Keys that the template names.
-pub fn keys(template: &str) -> BTreeSet<&str> {
-    let places = template.lines().flat_map(pieces).filter_map(|piece| match piece {
-        Piece::Place(place) => Some(place),
-        Piece::Text(_) => None,
-    });
-    places.map(|place| place.strip_suffix(".held").unwrap_or(place)).collect()
-}
-
-/// Keys that a source measures; a call without a key as text is a fault.
-fn measured_keys(text: &str) -> Vec<Result<&str, &str>> {
-    let calls = text.match_indices("measured(").filter(|(at, _)| !text[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_'));
-    calls
-        .map(|(at, call)| {
-            let after = text[at + call.len()..].trim_start();
-            let key = after.strip_prefix('"').and_then(|key| key.split('"').next());
-            key.ok_or_else(|| after.lines().next().unwrap_or_default())
-        })
-        .collect()
-}
-
-/// Keys that are not in the template and measured in exactly one place of the sources, given as (path, text).
-pub fn unmatched(template: &str, sources: &[(String, String)]) -> Vec<String> {
-    let mut faults = Vec::new();
-    let mut places: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    for (path, text) in sources {
-        for key in measured_keys(text) {
-            match key {
-                Ok(key) => places.entry(key).or_default().push(path),
-                Err(call) => faults.push(format!("{path}: measured({call} …: the key must be a plain text")),
-            }
-        }
-    }
-    let wanted = keys(template);
-    faults
-        .extend(wanted.iter().filter(|key| !places.contains_key(**key)).map(|key| format!("'{key}' of the template is measured nowhere")));
-    for (key, at) in places {
-        if !wanted.contains(key) {
-            faults.push(format!("{}: the template has no place for '{key}'", at[0]));
-        }
-        if at.len() > 1 {
-            faults.push(format!("'{key}' is measured more than once: {}", at.join(", ")));
-        }
-    }
-    faults
 }

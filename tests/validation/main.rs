@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+mod checks;
 mod document;
-#[path = "../../src/testing.rs"]
-mod testing;
 
-use document::{NOTHING, fill, keys, stale, unmatched};
+use checks::{keys, stale, unmatched};
+use document::{NOTHING, fill};
 
 const TEMPLATE: &str = include_str!("template.md");
 
@@ -47,17 +47,6 @@ fn every_place_of_the_template_is_measured_once() {
 fn validation_has_the_structure_of_its_template() {
     let faults = stale(TEMPLATE, &present());
     assert!(faults.is_empty(), "VALIDATION.md is stale: run `make validation`\n{}", faults.join("\n"));
-}
-
-/// No test of anything: what `make validation` calls.
-#[test]
-#[ignore = "writes VALIDATION.md: make validation"]
-fn write_validation() {
-    let (text, kept) = fill(TEMPLATE, &present(), testing::measurement);
-    std::fs::write(root().join("VALIDATION.md"), text).unwrap();
-    if !kept.is_empty() {
-        println!("nothing was measured in place of {} (test skipped, or its key asks for a bound that it does not give)", kept.join(", "));
-    }
 }
 
 const MADE_UP: &str =
