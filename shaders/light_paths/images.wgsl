@@ -1,4 +1,4 @@
-// View matrix: images of the windows in plane smooth surfaces, by one reflection.
+// Images of the windows in plane smooth surfaces, by one reflection, for sensors and pixels.
 //
 // In a plane mirror a sensor, or the surface point behind a pixel, sees what its own image behind the
 // mirror would see through it. So the windows are sampled from that image, and each ray is followed

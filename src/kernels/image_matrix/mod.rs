@@ -30,7 +30,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, DEFAULT_MEMORY, Declared, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::doubts::BinShares;
-use crate::kernels::light_paths::images::{Beholder, WindowImages};
+use crate::kernels::light_paths::images::{ReceiverPoint, WindowImages};
 use crate::kernels::light_paths::{
     LOOKS, LightPathKernels, LightPathOptions, LightPaths, NEAR, NearOptions, NearPaths, Receiver, VirtualLight, finish_dispatch,
     near_paths,
@@ -467,9 +467,9 @@ impl<'d> ImageTracer<'d> {
             let which = (&receivers, pixels);
             let mut found = near_paths(device, (&self.tables, &self.scene), &self.near, &near_options, which, statistics)?;
             if let Some(images) = &self.images {
-                let beholders = self.beholders(&device.read(&receivers)?, &device.read(&weights)?, pixels);
+                let receiver_points = self.receiver_points(&device.read(&receivers)?, &device.read(&weights)?, pixels);
                 let sums = (&mut found.sums[..], pixels);
-                open = images.add(device, (&self.tables, &self.scene), self.windows, &beholders, sums, statistics)?;
+                open = images.add(device, (&self.tables, &self.scene), self.windows, &receiver_points, sums, statistics)?;
             }
             near = Some(found);
         }
@@ -491,11 +491,11 @@ impl<'d> ImageTracer<'d> {
     }
 
     /// The surface points of the pixels, `[batch][pixel]`, as far as there are.
-    fn beholders(&self, receivers: &[Receiver], weights: &[[f32; 4]], pixels: usize) -> Vec<Beholder> {
+    fn receiver_points(&self, receivers: &[Receiver], weights: &[[f32; 4]], pixels: usize) -> Vec<ReceiverPoint> {
         let of = |(place, (r, w)): (usize, (&Receiver, &[f32; 4]))| {
             let batch = (place / pixels) as u32;
             let position = Vec3::from_array(r.position);
-            (w[..3] != [0.0; 3]).then(|| Beholder {
+            (w[..3] != [0.0; 3]).then(|| ReceiverPoint {
                 row: place % pixels,
                 batches: batch..batch + 1,
                 position: self.tables.normalization.back(position),

@@ -74,7 +74,7 @@ const RAYS_PER_DIRECT_RAY: f64 = 0.25;
 const MOST_BYTES: usize = 1 << 26;
 
 /// A point whose irradiance is asked for: a sensor, or what a pixel shows.
-pub(crate) struct Beholder {
+pub(crate) struct ReceiverPoint {
     /// Its row in the tile.
     pub row: usize,
     /// Batches that it is part of.
@@ -132,8 +132,8 @@ fn rises(plane: &SmoothPlane, position: DVec3, normal: DVec3) -> bool {
     [plane.low.x, plane.high.x].into_iter().any(|u| corner(u, plane.low.y) || corner(u, plane.high.y))
 }
 
-/// Views of images, with the beholder's row.
-fn views_of(tables: &TraceTables, windows: &[Window], from: &Beholder) -> Vec<(usize, ImageView)> {
+/// Views of images, with the row of the point.
+fn views_of(tables: &TraceTables, windows: &[Window], from: &ReceiverPoint) -> Vec<(usize, ImageView)> {
     let normalization = &tables.normalization;
     let mut views = Vec::new();
     for (number, plane) in tables.planes.iter().enumerate().filter(|(_, plane)| rises(plane, from.position, from.normal)) {
@@ -199,13 +199,13 @@ impl WindowImages {
         device: &Device,
         (tables, scene): (&TraceTables, &TraceScene),
         windows: &[Window],
-        beholders: &[Beholder],
+        receiver_points: &[ReceiverPoint],
         (sums, rows): (&mut [f32], usize),
         statistics: &mut TraceStatistics,
     ) -> Result<Vec<f64>> {
         let what = "images of windows";
         let (bins, samples) = (tables.bins(), self.samples as usize);
-        let views: Vec<(usize, ImageView)> = beholders.par_iter().flat_map_iter(|b| views_of(tables, windows, b)).collect();
+        let views: Vec<(usize, ImageView)> = receiver_points.par_iter().flat_map_iter(|b| views_of(tables, windows, b)).collect();
         let counters = device.zeros::<Counters>("path counters", 1)?;
         let planes = tables.planes.len();
         let mut chances = vec![Chances::default(); rows * planes];

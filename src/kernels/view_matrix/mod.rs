@@ -25,7 +25,7 @@ mod unobstructed;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, DEFAULT_MEMORY, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
-use crate::kernels::light_paths::images::{Beholder, WindowImages};
+use crate::kernels::light_paths::images::{ReceiverPoint, WindowImages};
 use crate::kernels::light_paths::{
     LightPathKernels, LightPathOptions, LightPaths, NEAR, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
 };
@@ -290,7 +290,7 @@ impl<'d> ViewTracer<'d> {
                 near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
             let mut open = vec![0.0; records.len()];
             if let Some(images) = &self.images {
-                let beholder = |(row, (s, r)): (usize, (&Sensor, &Receiver))| Beholder {
+                let beholder = |(row, (s, r)): (usize, (&Sensor, &Receiver))| ReceiverPoint {
                     row,
                     batches: 0..self.options.batches,
                     position: s.position,
@@ -298,9 +298,10 @@ impl<'d> ViewTracer<'d> {
                     start: Vec3::from_array(r.position),
                     number: r.number,
                 };
-                let beholders: Vec<Beholder> = sensors.iter().zip(&records).enumerate().map(beholder).collect();
+                let receiver_points: Vec<ReceiverPoint> = sensors.iter().zip(&records).enumerate().map(beholder).collect();
                 let sums = (&mut near.sums[..], records.len());
-                open = images.add(self.device, (&self.tables, &self.scene), self.windows, &beholders, sums, &mut result.statistics)?;
+                open =
+                    images.add(self.device, (&self.tables, &self.scene), self.windows, &receiver_points, sums, &mut result.statistics)?;
             }
             self.doubt_reflections(&mut near, &open);
             stage(0.2)?;
