@@ -290,7 +290,7 @@ impl<'d> ViewTracer<'d> {
                 near_paths(self.device, (&self.tables, &self.scene), &self.near, &near_options, receivers, &mut result.statistics)?;
             let mut open = vec![0.0; records.len()];
             if let Some(images) = &self.images {
-                let beholder = |(row, (s, r)): (usize, (&Sensor, &Receiver))| ReceiverPoint {
+                let receiver_point = |(row, (s, r)): (usize, (&Sensor, &Receiver))| ReceiverPoint {
                     row,
                     batches: 0..self.options.batches,
                     position: s.position,
@@ -298,7 +298,7 @@ impl<'d> ViewTracer<'d> {
                     start: Vec3::from_array(r.position),
                     number: r.number,
                 };
-                let receiver_points: Vec<ReceiverPoint> = sensors.iter().zip(&records).enumerate().map(beholder).collect();
+                let receiver_points: Vec<ReceiverPoint> = sensors.iter().zip(&records).enumerate().map(receiver_point).collect();
                 let sums = (&mut near.sums[..], records.len());
                 open =
                     images.add(self.device, (&self.tables, &self.scene), self.windows, &receiver_points, sums, &mut result.statistics)?;
