@@ -100,7 +100,7 @@ const MOST_VERTICES: u32 = 1 << 14;
 crate::gpu_constants! {
     pub(crate) const NUMBERS = {
         /// Workgroups of `light_paths/near` and `light_paths/images` along x; devices allow 65535 along each axis.
-        const WORKGROUPS_PER_ROW: u32 = 16384;
+        pub(crate) const WORKGROUPS_PER_ROW: u32 = 16384;
     }
 }
 
