@@ -137,6 +137,27 @@ fn a_flipped_byte_in_any_stored_file_is_noticed_and_the_results_are_the_same() {
     let again = run(folder.path());
     assert!(again.status.success(), "{}", text(&again));
     assert!(timeless(results(folder.path())) == timeless(whole.clone()));
+    // Results that are only looked at are checked too.
+    let flip = |name: &str| {
+        let file = folder.path().join("out").join(name);
+        let good = fs::read(&file).unwrap();
+        let mut bytes = good.clone();
+        let last = bytes.len() - 1;
+        bytes[last] ^= 1;
+        fs::write(&file, bytes).unwrap();
+        let open = || -> lucarne::Result<()> {
+            let results = lucarne::simulate::Results::open(&folder.path().join("out"))?;
+            results.year.picture("eye", 12).map(|_| ())
+        };
+        let error = open().expect_err(name).to_string();
+        assert!(error.contains("has changed since it was written"), "{name}: {error}");
+        fs::write(&file, good).unwrap();
+        open().unwrap();
+    };
+    ["illuminance/room.mtx", "illuminance/room_standard_error.mtx", "matrices/S.mtx", "matrices/D_south_direct.mtx"]
+        .into_iter()
+        .for_each(flip);
+    ["matrices/V_eye.mtx", "matrices/V_eye_direct.mtx", "matrices/C_eye.suns"].into_iter().for_each(flip);
     // Nothing is computed twice where nothing is wrong.
     let quiet = run(folder.path());
     assert!(quiet.status.success() && !text(&quiet).contains("has changed"), "{}", text(&quiet));

@@ -36,12 +36,34 @@ pub(crate) fn write_sealed(path: &Path, write: impl FnOnce(&mut dyn Write) -> Re
     })
 }
 
-/// Whether a file is what was written: it has a checksum, and that is right.
-pub(crate) fn is_whole(path: &Path) -> bool {
-    read_whole(path).unwrap_or(false)
+/// What a file's checksum says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Seal {
+    /// The file is what was written.
+    Whole,
+    /// It is not.
+    Broken,
+    /// There is none: somebody else wrote the file.
+    Absent,
 }
 
-fn read_whole(path: &Path) -> std::io::Result<bool> {
+/// Whether a file is what was written: it has a checksum, and that is right.
+pub(crate) fn is_whole(path: &Path) -> bool {
+    state(path).is_ok_and(|seal| seal == Seal::Whole)
+}
+
+/// Refuses a file that has changed since it was written. Files of others have no checksum, and pass.
+///
+/// # Errors
+/// A wrong checksum, and a file that cannot be read.
+pub(crate) fn check(path: &Path) -> Result<()> {
+    match state(path).map_err(|e| Error::io(path, &e))? {
+        Seal::Broken => Err(Error::new("the file has changed since it was written").file(path).help("run the project again")),
+        Seal::Whole | Seal::Absent => Ok(()),
+    }
+}
+
+fn state(path: &Path) -> std::io::Result<Seal> {
     let mut file = File::open(path)?;
     let mut block = vec![0u8; 1 << 20];
     let mut hasher = blake3::Hasher::new();
@@ -56,14 +78,15 @@ fn read_whole(path: &Path) -> std::io::Result<bool> {
         }
         let bytes = &mut block[..filled];
         if stated.is_none() {
-            let Some(place) = digits(&bytes[..filled.min(HEAD)]) else { return Ok(false) };
-            let Some(found) = bytes.get_mut(place..place + DIGITS) else { return Ok(false) };
+            let Some(place) = digits(&bytes[..filled.min(HEAD)]) else { return Ok(Seal::Absent) };
+            let Some(found) = bytes.get_mut(place..place + DIGITS) else { return Ok(Seal::Broken) };
             stated = Some(found.to_vec());
             found.fill(b'0');
         }
         hasher.update(bytes);
         if filled < block.len() {
-            return Ok(stated.as_deref() == Some(hasher.finalize().to_hex().as_bytes()));
+            let fits = stated.as_deref() == Some(hasher.finalize().to_hex().as_bytes());
+            return Ok(if fits { Seal::Whole } else { Seal::Broken });
         }
     }
 }
@@ -140,6 +163,7 @@ mod tests {
         let plain = folder.path().join("plain");
         std::fs::write(&plain, b"#?RADIANCE\n\n").unwrap();
         assert!(!is_whole(&plain) && !is_whole(&folder.path().join("none")) && !is_whole(folder.path()));
+        assert!(check(&plain).is_ok() && check(&folder.path().join("none")).is_err());
         let error = write_sealed(&plain, |out| out.write_all(b"x").map_err(|e| Error::io(&plain, &e))).unwrap_err().to_string();
         assert!(error.contains("checksum"), "{error}");
         assert_eq!(std::fs::read(&plain).unwrap(), b"#?RADIANCE\n\n");

@@ -6,12 +6,11 @@ use super::suns::TracedSuns;
 use super::views::Made;
 use crate::error::Result;
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, write_matrix};
 use crate::simulate::context::Context;
 use crate::simulate::inputs::split;
 use crate::simulate::light::{Daylight, WindowLight, multiply, transmitted};
 use crate::simulate::store::fingerprint::Fingerprint;
-use crate::simulate::store::software;
+use crate::simulate::store::write_stored;
 use serde::{Deserialize, Serialize};
 
 /// One group of sensors.
@@ -88,8 +87,8 @@ fn write_terms(
     let terms = [("three_phase", "V·T·D·S", &three_phase), ("direct", "Vd·T·Dd·Sds", &taken), ("sun", "Cds·Ssun", sun)];
     for (name, formula, term) in terms {
         for (group, part) in context.inputs.sensors.iter().zip(split(term, &context.inputs.sensors)) {
-            let header = [software(), format!("CONTENT={formula} of {} in lux, rows sensors, columns hours", group.name)];
-            write_matrix(Some(&context.store.term_path(&group.name, name)?), &part, Format::Float, &header)?;
+            let about = format!("{formula} of {} in lux, rows sensors, columns hours", group.name);
+            write_stored(&context.store.term_path(&group.name, name)?, &part, &about)?;
         }
     }
     Ok(())

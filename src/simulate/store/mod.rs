@@ -223,6 +223,24 @@ impl Store {
     }
 }
 
+/// Writes a matrix that is a result; `about` says what it is.
+///
+/// # Errors
+/// Failures of the file system with the path named.
+pub(crate) fn write_stored(path: &Path, matrix: &Matrix<f32>, about: &str) -> Result<()> {
+    let header = [software(), format!("CONTENT={about}"), seal::line()];
+    write_sealed(path, |out| write_matrix_to(out, matrix, Format::Float, &header).map_err(|e| e.file(path)))
+}
+
+/// A matrix of a result folder, or one that somebody else made.
+///
+/// # Errors
+/// A file that cannot be read, or has changed since it was written.
+pub(crate) fn read_stored(path: &Path) -> Result<MatrixFile> {
+    seal::check(path)?;
+    read_matrix(path)
+}
+
 /// Whether a matrix file of these inputs and shape is there, by its header alone.
 pub(crate) fn is_of(path: &Path, inputs: Fingerprint, shape: (usize, usize, usize)) -> bool {
     let Ok(Some(file)) = MatrixRows::open(path) else { return false };
