@@ -185,3 +185,55 @@ fn two_runs_do_not_share_a_folder_and_leftovers_of_a_killed_one_go() {
     assert!(run.status.success(), "{}", text(&run));
     assert!(results(folder.path()).keys().all(|f| !f.to_string_lossy().contains("partial")));
 }
+
+/// Random kills of one test; more of them by `LUCARNE_KILLS`.
+const KILLS: usize = 6;
+
+#[test]
+fn runs_that_are_killed_end_in_the_same_results_and_leave_nothing_behind() {
+    if !testing::has_device(env!("CARGO_BIN_EXE_lucarne")) {
+        return;
+    }
+    let folder = project();
+    let project = PROJECT.replace("\"draft\"", "\"standard\"");
+    fs::write(folder.path().join("project.toml"), &project).unwrap();
+    let start = std::time::Instant::now();
+    let undisturbed = run(folder.path());
+    assert!(undisturbed.status.success(), "{}", text(&undisturbed));
+    let whole = timeless(results(folder.path()));
+    let length = start.elapsed();
+
+    let kills = std::env::var("LUCARNE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(KILLS);
+    let out = folder.path().join("out");
+    fs::remove_dir_all(&out).unwrap();
+    // A Weyl sequence: moments all over the run, in no order.
+    let mut moment = 0.37f64;
+    for number in 0..kills {
+        moment = (moment + 0.618_034) % 1.0;
+        let mut child = Command::new(env!("CARGO_BIN_EXE_lucarne"))
+            .args(["run", "project.toml", "-o", "out"])
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(length.mul_f64(moment));
+        let signal = ["-KILL", "-TERM", "-INT"][number % 3];
+        // It may have ended already.
+        let _ = Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+        let code = child.wait().unwrap().code();
+        assert!([None, Some(0), Some(4)].contains(&code), "{signal}: {code:?}");
+        if number % 4 == 3 {
+            let rest = run(folder.path());
+            assert!(rest.status.success(), "{}", text(&rest));
+            let now = timeless(results(folder.path()));
+            assert!(now.keys().eq(whole.keys()), "{signal}: {:?}", now.keys());
+            whole.iter().for_each(|(file, bytes)| assert!(now[file] == *bytes, "{signal}: {} differs", file.display()));
+            fs::remove_dir_all(&out).unwrap();
+        }
+    }
+    let rest = run(folder.path());
+    assert!(rest.status.success(), "{}", text(&rest));
+    assert!(timeless(results(folder.path())) == whole);
+}

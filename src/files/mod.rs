@@ -1,7 +1,7 @@
 //! Writing files so that nothing half-written is ever left behind.
 
 mod leftover;
-pub(crate) mod seal;
+pub mod seal;
 
 pub(crate) use leftover::remove_leftovers;
 

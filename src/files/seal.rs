@@ -15,7 +15,7 @@ const DIGITS: usize = 64;
 const HEAD: usize = 1 << 16;
 
 /// The line for the file's header, before the checksum is known.
-pub(crate) fn line() -> String {
+pub fn line() -> String {
     format!("{KEY}{}", "0".repeat(DIGITS))
 }
 
@@ -23,8 +23,8 @@ pub(crate) fn line() -> String {
 /// `write` writes among the first 64 KiB.
 ///
 /// # Errors
-/// As `write_atomically`.
-pub(crate) fn write_sealed(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+/// As `write_atomically`, and a file without its line.
+pub fn write_sealed(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     write_seekable_atomically(path, |out| {
         let mut hashing = Hashing { out, hasher: blake3::Hasher::new(), head: Vec::new() };
         write(&mut hashing)?;
@@ -38,7 +38,7 @@ pub(crate) fn write_sealed(path: &Path, write: impl FnOnce(&mut dyn Write) -> Re
 
 /// What a file's checksum says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Seal {
+enum Seal {
     /// The file is what was written.
     Whole,
     /// It is not.
@@ -48,7 +48,7 @@ pub(crate) enum Seal {
 }
 
 /// Whether a file is what was written: it has a checksum, and that is right.
-pub(crate) fn is_whole(path: &Path) -> bool {
+pub fn is_whole(path: &Path) -> bool {
     state(path).is_ok_and(|seal| seal == Seal::Whole)
 }
 
