@@ -8,7 +8,9 @@
 //! [[window]]                          # any number
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
-//! bsdf = "bsdf/clear.xml"
+//! glass = 0.65                        # a clear pane; "scene": as in the scene files; or one of these:
+//! # bsdf = "bsdf/clear.xml"           # scattering data
+//! # glazing = ["glass:clear_6mm", "gap=16mm", "film.xml"]  # layers from outside to inside
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
 //! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
@@ -60,7 +62,7 @@ use self::document::Places;
 use self::glare::GlareSection;
 use self::method::MethodSection;
 pub use self::quality::{Preset, QualitySection};
-pub use self::sections::{SceneSection, SensorsSection, WeatherSection, WindowSection};
+pub use self::sections::{Filling, SceneSection, SensorsSection, WeatherSection, WindowSection};
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
@@ -128,7 +130,7 @@ impl Project {
         let method = MethodSection::read(top.table("method")?, &windows)?;
         let quality = QualitySection::read(top.table("quality")?)?;
         if windows.is_empty() {
-            return Err(top.missing_section("window", "add [[window]] with name, surface and bsdf"));
+            return Err(top.missing_section("window", "add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")"));
         }
         if sensors.is_empty() && views.is_empty() {
             return Err(top.missing_section("sensors", "add [[sensors]] with name and points, or [[view]] with name and file"));
