@@ -11,6 +11,7 @@
 //! is created under an error scope, sizes are checked against the device's limits beforehand,
 //! nothing panics on a user's machine, and bindings are found by their WGSL names.
 
+mod batch;
 mod buffer;
 mod canary;
 mod device;
@@ -25,10 +26,11 @@ mod sources;
 #[doc(hidden)]
 pub use bytemuck;
 
+pub use batch::Batch;
 pub(crate) use buffer::check_finite;
 pub use buffer::{Buffer, Finite};
 pub use device::{AdapterSummary, Device, DeviceKind, NO_DEVICE_HELP, list};
-pub use kernel::{Batch, BindGroup, Kernel};
+pub use kernel::{BindGroup, Kernel};
 pub use link::{Linked, link};
 pub use memory::{Chunk, DEFAULT_MEMORY, Plan};
 pub use shader::{Declared, Member, Number, Shader};

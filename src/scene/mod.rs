@@ -13,7 +13,7 @@ pub(crate) mod shapes;
 pub mod windows;
 
 pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
-pub use pane::Pane;
+pub use pane::{GlazedWindow, Pane};
 
 use crate::bins::{AngleBasis, Frame};
 use glam::DVec3;

@@ -1,6 +1,7 @@
 //! Planes in which smooth surfaces lie: a plane mirror shows images that rays can be aimed at.
 
-use super::{Material, Normalization, material_record};
+use super::normalization::Normalization;
+use super::records::{Material, material_record};
 use crate::scene::{MaterialKind, Scene, Window};
 use glam::{DVec2, DVec3};
 
