@@ -6,6 +6,8 @@ mod devices;
 mod falsecolor;
 mod glare;
 mod matrix;
+mod matrix_args;
+mod matrix_coefficients;
 mod matrix_picture;
 mod matrix_sun;
 mod multiply;

@@ -132,6 +132,11 @@ impl Facade {
     /// # Errors
     /// Files that cannot be read or do not fit.
     pub fn illuminance(&self, year: &Year, group: &str, state: &FacadeState, multiplier: &dyn Multiplier) -> Result<Matrix<f32>> {
+        if year.matrix(&format!("DC_{group}_direct")).is_file() && !year.matrix(&format!("V_{group}")).is_file() {
+            return Err(Error::new(format!("the light at '{group}' was followed through clear glass as it is, not by bins of windows"))
+                .file(year.folder())
+                .help("for states of the façade run the project with phases = 5"));
+        }
         let light = Light::new(&self.lights(&self.mixed(state)), multiplier, &self.skies, self.differences)?;
         let total = read_stored(&year.matrix(&format!("V_{group}")))?.matrix;
         if !light.is_split() {
