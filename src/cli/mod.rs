@@ -25,7 +25,7 @@ use std::process::ExitCode;
 
 /// Annual daylight and glare simulation of rooms with complex windows, on any GPU.
 #[derive(Parser)]
-#[command(name = "lucarne", version, about, propagate_version = true, allow_negative_numbers = true)]
+#[command(name = "lucarne", version, about, propagate_version = true, after_help = progress::EXIT_CODES, allow_negative_numbers = true)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,

@@ -173,6 +173,17 @@ impl Window {
         self.triangles.iter().map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
     }
 
+    /// Where it faces: of its outward normal the azimuth, degrees clockwise from north (+y), and the altitude, degrees;
+    /// 90 is a roof light.
+    pub fn faces(&self) -> [f64; 2] {
+        let out = -self.frame.z;
+        let level = out.x.hypot(out.y) < 1e-9;
+        // Rounded, so that a wall of rounded corners faces where it is drawn to face.
+        let round = |degrees: f64| (degrees * 100.0).round() / 100.0 + 0.0;
+        let azimuth = if level { 0.0 } else { round(out.x.atan2(out.y).to_degrees().rem_euclid(360.0)) % 360.0 };
+        [azimuth, round(out.z.clamp(-1.0, 1.0).asin().to_degrees())]
+    }
+
     /// Whether it is the same opening, whatever its name and basis.
     pub(crate) fn is_in_place_of(&self, other: &Self) -> bool {
         self.triangles == other.triangles

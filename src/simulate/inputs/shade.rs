@@ -4,7 +4,7 @@
 use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::mirrors::Mirrors;
 use crate::scene::rad::ProxiedPane;
-use crate::scene::{self, MaterialIndex, MaterialKind, Scene, Triangle, Window};
+use crate::scene::{self, Material, MaterialIndex, MaterialKind, Pane, Scene, Triangle, Window};
 use crate::simulate::project::{Project, WindowSection};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -49,6 +49,14 @@ impl Shade {
         Ok(Some(shade))
     }
 
+    /// A clear pane in the place of its window.
+    pub fn of_pane(window: &Window, pane: &Pane) -> Self {
+        let material = Material { name: format!("pane of {}", window.name), kind: pane.material() };
+        let triangle = |vertices: &[DVec3; 3]| Triangle { vertices: *vertices, material: MaterialIndex(0), surface: 0 };
+        let triangles = window.triangles.iter().map(triangle).collect();
+        Self { scene: Scene { triangles, materials: vec![material], surfaces: vec![window.origin.clone()], ..Scene::default() } }
+    }
+
     /// All of its corners.
     pub fn corners(&self) -> Vec<DVec3> {
         self.scene.triangles.iter().flat_map(|t| t.vertices).collect()
@@ -83,6 +91,23 @@ impl Shade {
         }
         Ok(())
     }
+}
+
+/// The material that a window's own polygons have, by the project's scene files and the window's own; nothing if it is
+/// not defined there.
+pub(super) fn own_material(project: &Project, section: &WindowSection, window: &Window) -> Option<MaterialKind> {
+    let base = project.folder();
+    let relative = |f: &PathBuf| f.strip_prefix(base).unwrap_or(f).to_path_buf();
+    if scene::gltf::is_gltf(&scene::gltf::split_part(&section.surface).0) {
+        return None;
+    }
+    let mut files: Vec<PathBuf> = project.scene.files.iter().filter(|f| !scene::gltf::is_gltf(f)).map(relative).collect();
+    files.push(relative(&section.surface));
+    let all = scene::read_scene(&files, base, &mut Warnings::new()).ok()?;
+    // The window's file comes last: of several surfaces of a name and line it is the last one.
+    let is_own = |t: &&Triangle| all.surfaces.get(t.surface as usize).is_some_and(|s| *s == window.origin);
+    let own = all.triangles.iter().rev().find(is_own)?;
+    Some(all.materials[own.material.0 as usize].kind)
 }
 
 /// Share of a pane's thickness, and length in the scene's unit, by which rounding may put geometry outside.

@@ -1,5 +1,6 @@
 //! What the presets of `[quality]` mean in samples.
 
+use crate::kernels::coefficients::CoefficientOptions;
 use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::sun_matrix::SunOptions;
@@ -53,6 +54,20 @@ pub(crate) fn view_options(project: &Project, round: u32) -> ViewOptions {
     }
 }
 
+/// Sampling of the daylight coefficients C.
+pub(crate) fn coefficient_options(project: &Project, round: u32) -> CoefficientOptions {
+    let standard = CoefficientOptions::default();
+    let quality = &project.quality;
+    CoefficientOptions {
+        bounces: project.method.bounces,
+        direct_samples: samples(standard.direct_samples, quality),
+        near_samples: samples(standard.near_samples, quality),
+        seed: seed(project, 0, round),
+        first_round: round == 0,
+        ..standard
+    }
+}
+
 /// Sampling of D of the `window`-th window.
 pub(crate) fn daylight_options(project: &Project, window: usize, round: u32) -> DaylightOptions {
     let standard = DaylightOptions::default();
@@ -92,7 +107,7 @@ pub(crate) fn image_options(project: &Project, phases: u32) -> ImageOptions {
 }
 
 /// Sampling of suns through panes of scattering data.
-pub fn pane_options(project: &Project) -> SunOptions {
+pub(crate) fn pane_options(project: &Project) -> SunOptions {
     let standard = SunOptions::default();
     let cells = match project.quality.preset {
         Preset::Draft => standard.cells / 4,
