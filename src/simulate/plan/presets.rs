@@ -60,6 +60,7 @@ pub(crate) fn coefficient_options(project: &Project, round: u32) -> CoefficientO
     let quality = &project.quality;
     CoefficientOptions {
         bounces: project.method.bounces,
+        light_paths: samples(standard.light_paths, quality),
         direct_samples: samples(standard.direct_samples, quality),
         near_samples: samples(standard.near_samples, quality),
         seed: seed(project, 0, round),
