@@ -1,10 +1,11 @@
 //! What the tracer sees: triangles with materials, and the windows between inside and outside.
 //!
-//! Readers ([`rad`], [`gltf`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
+//! Readers ([`rad`], [`gltf`], [`honeybee`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
 //! acceleration structure rebases them near the origin.
 
 mod files;
 pub mod gltf;
+pub mod honeybee;
 pub(crate) mod pane;
 pub mod points;
 pub(crate) mod polygon;
@@ -13,6 +14,7 @@ pub(crate) mod shapes;
 pub mod windows;
 
 pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
+pub use pane::Pane;
 
 use crate::bins::{AngleBasis, Frame};
 use glam::DVec3;

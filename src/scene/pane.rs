@@ -1,5 +1,64 @@
 //! Radiance's material `glass`: one pane with Fresnel reflection at both faces.
 
+use super::MaterialKind;
+use crate::error::{Error, Result};
+
+/// Refraction index of Radiance's `glass` unless a fourth argument says otherwise.
+pub const REFRACTION_INDEX: f64 = 1.52;
+
+/// A clear pane, as Radiance's `glass`: what it lets pass and mirrors follows from the angle of incidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pane {
+    /// Of the material for one pass at normal incidence, RGB.
+    pub transmissivity: [f64; 3],
+    /// Refraction index.
+    pub refraction_index: f64,
+}
+
+impl Pane {
+    /// The pane of refraction index 1.52 with these transmittances at normal incidence: the values of a data sheet,
+    /// reflection at both faces included.
+    ///
+    /// # Errors
+    /// Transmittances that no such pane has: 0 or less, or more than a pane without any absorption (0.918).
+    pub fn of_transmittance(transmittance: [f64; 3]) -> Result<Self> {
+        let most = glass_pane([1.0; 3], REFRACTION_INDEX, 1.0).0[0];
+        for t in transmittance {
+            if !(t > 0.0) {
+                return Err(Error::new(format!("a pane of transmittance {t} lets no light through"))
+                    .help("give the visible transmittance of the data sheet, above 0; leave the window out if it is none"));
+            }
+            if t > most + 1e-9 {
+                return Err(Error::new(format!(
+                    "a pane of transmittance {t} would have to reflect less than glass does: {most:.3} is the most"
+                ))
+                .help("of glass with an antireflective coating give layers, glazing = [\"glass:tvis=…,rvis=…,tsol=…,rsol=…,coated\"]"));
+            }
+        }
+        let transmissivity = transmittance.map(|t| transmissivity(t, REFRACTION_INDEX).min(1.0));
+        Ok(Self { transmissivity, refraction_index: REFRACTION_INDEX })
+    }
+
+    /// The pane of a material, if it is glass.
+    pub fn of_material(kind: &MaterialKind) -> Option<Self> {
+        match *kind {
+            MaterialKind::Glass { transmissivity, refraction_index } => Some(Self { transmissivity, refraction_index }),
+            _ => None,
+        }
+    }
+
+    /// The same as a material.
+    pub fn material(&self) -> MaterialKind {
+        MaterialKind::Glass { transmissivity: self.transmissivity, refraction_index: self.refraction_index }
+    }
+
+    /// Transmittance and reflectance, RGB, of light at this cosine of the angle of incidence; all internal
+    /// reflections included, both polarisations averaged.
+    pub fn at(&self, cosine: f64) -> ([f64; 3], [f64; 3]) {
+        glass_pane(self.transmissivity, self.refraction_index, cosine)
+    }
+}
+
 /// Transmittance and reflectance of a pane at an angle of incidence: Fresnel's equations by angles, then
 /// the sum over all internal reflections, both polarisations averaged. `transmissivity` is that of the
 /// material for one pass at normal incidence.
@@ -27,6 +86,18 @@ pub(crate) fn transmissivity(transmittance: f64, refraction_index: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn panes_of_a_data_sheet_s_transmittance_have_it_and_others_are_refused() {
+        for t in [0.05, 0.3, 0.65, 0.88, 0.918] {
+            let (passed, mirrored) = Pane::of_transmittance([t; 3]).unwrap().at(1.0);
+            assert!((passed[1] - t).abs() < 1e-12 && passed[1] + mirrored[1] <= 1.0, "{t}: {passed:?}");
+        }
+        for (wrong, word) in [(0.0, "no light"), (f64::NAN, "no light"), (0.93, "0.918 is the most"), (1.2, "0.918 is the most")] {
+            let error = Pane::of_transmittance([wrong; 3]).unwrap_err().to_string();
+            assert!(error.contains(word) && error.contains("help:"), "{error}");
+        }
+    }
 
     #[test]
     fn transmissivity_and_transmittance_belong_together() {
