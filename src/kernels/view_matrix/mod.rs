@@ -96,7 +96,7 @@ pub struct ViewOptions {
     /// Whether the batches themselves are handed back too.
     pub keep_batches: bool,
     /// Whether this is the first, or only, of the rounds that are averaged: it has the doubts (see
-    /// [`doubt`](crate::kernels::trace::doubt)).
+    /// [`doubt`]).
     pub first_round: bool,
     /// Device memory to use, bytes.
     pub memory: u64,

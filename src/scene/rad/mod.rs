@@ -12,7 +12,7 @@
 //! | source | [`DistantSource`] |
 //! | plastic, metal, trans, glass, mirror, light, glow, void, alias | [`MaterialKind`] |
 //! | patterns and textures (colorpict, brightfunc, texfunc, …) | left out with a warning |
-//! | `BSDF` with a thickness, in a shade | [`ProxiedPane`] |
+//! | `BSDF` with a thickness, in a shade | `ProxiedPane` |
 //! | any other material, mixture, instance, mesh | an error where a surface uses it |
 
 mod command;
@@ -26,7 +26,7 @@ mod types;
 mod windows;
 mod xform;
 
-pub use proxies::ProxiedPane;
+pub(crate) use proxies::ProxiedPane;
 pub(super) use syntax::shortened;
 pub use windows::read_windows;
 

@@ -12,8 +12,9 @@ pub(crate) mod windows;
 use self::import::{Imported, sun_matrices};
 use self::shade::Shade;
 use self::suns::SunSet;
+pub(crate) use self::windows::ProjectWindow;
+pub use self::windows::in_colour;
 pub(crate) use self::windows::read_surfaces;
-pub use self::windows::{ProjectWindow, in_colour};
 use self::windows::{check_sides, read_windows};
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result, Warnings};
@@ -64,7 +65,7 @@ pub struct SensorGroup {
 
 impl Inputs {
     /// What rays can meet.
-    pub fn scene_fingerprint(&self) -> Fingerprint {
+    pub(crate) fn scene_fingerprint(&self) -> Fingerprint {
         let scene = &self.scene;
         let corners: Vec<DVec3> = scene.triangles.iter().flat_map(|t| t.vertices).collect();
         let indices: Vec<_> = scene.triangles.iter().map(|t| t.material).collect();

@@ -23,7 +23,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// The sampled matrices.
-pub struct Sampled {
+pub(crate) struct Sampled {
     /// V of all sensors.
     pub view: Estimate,
     /// D of each window.

@@ -109,14 +109,14 @@ impl ProjectBuilder {
     ///
     /// # Errors
     /// A value that project files cannot hold.
-    pub fn to_toml(&self) -> Result<String> {
+    pub(crate) fn to_toml(&self) -> Result<String> {
         match &self.fault {
             Some(fault) => Err(fault.clone()),
             None => toml::to_string(&self.sections).map_err(|e| Error::new(e.to_string())),
         }
     }
 
-    /// Checks the project as [`Project::read`] does. Lines in messages are those of [`to_toml`](Self::to_toml).
+    /// Checks the project as [`Project::read`] does. Lines in messages are those of `to_toml`.
     ///
     /// # Errors
     /// As [`Project::read`].

@@ -62,10 +62,10 @@ impl Store {
     }
 
     /// Name of the file with the summary.
-    pub const SUMMARY: &str = "summary.json";
+    pub(crate) const SUMMARY: &str = "summary.json";
 
     /// Path of a matrix in an output folder.
-    pub fn matrix_in(folder: &Path, name: &str) -> PathBuf {
+    pub(crate) fn matrix_in(folder: &Path, name: &str) -> PathBuf {
         folder.join("matrices").join(format!("{name}.mtx"))
     }
 
@@ -75,12 +75,12 @@ impl Store {
     }
 
     /// Path of a matrix.
-    pub fn matrix_path(&self, name: &str) -> PathBuf {
+    pub(crate) fn matrix_path(&self, name: &str) -> PathBuf {
         Self::matrix_in(&self.folder, name)
     }
 
     /// Path of an illuminance file, `.mtx` or `.csv`.
-    pub fn illuminance_path(&self, sensors: &str, extension: &str) -> PathBuf {
+    pub(crate) fn illuminance_path(&self, sensors: &str, extension: &str) -> PathBuf {
         self.folder.join("illuminance").join(format!("{sensors}.{extension}"))
     }
 
@@ -88,19 +88,19 @@ impl Store {
     ///
     /// # Errors
     /// If it cannot be made.
-    pub fn term_path(&self, sensors: &str, term: &str) -> Result<PathBuf> {
+    pub(crate) fn term_path(&self, sensors: &str, term: &str) -> Result<PathBuf> {
         let folder = self.folder.join("illuminance").join("terms");
         std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
         Ok(folder.join(format!("{sensors}_{term}.mtx")))
     }
 
     /// Path of the suns' pictures of a view.
-    pub fn sun_pictures_path(&self, view: &str) -> PathBuf {
+    pub(crate) fn sun_pictures_path(&self, view: &str) -> PathBuf {
         self.folder.join("matrices").join(format!("C_{view}.suns"))
     }
 
     /// Path of the Radiance file with the suns that were traced.
-    pub fn suns_path(&self) -> PathBuf {
+    pub(crate) fn suns_path(&self) -> PathBuf {
         self.folder.join("matrices").join("suns.rad")
     }
 
@@ -108,7 +108,7 @@ impl Store {
     ///
     /// # Errors
     /// If it cannot be made.
-    pub fn image_folder(&self, view: &str) -> Result<PathBuf> {
+    pub(crate) fn image_folder(&self, view: &str) -> Result<PathBuf> {
         let path = self.folder.join("images").join(view);
         std::fs::create_dir_all(&path).map_err(|e| Error::io(&path, &e))?;
         Ok(path)
@@ -118,14 +118,14 @@ impl Store {
     ///
     /// # Errors
     /// If it cannot be made.
-    pub fn glare_folder(&self, state: &str) -> Result<PathBuf> {
+    pub(crate) fn glare_folder(&self, state: &str) -> Result<PathBuf> {
         let path = if state.is_empty() { self.folder.join("glare") } else { self.folder.join("glare").join(state) };
         std::fs::create_dir_all(&path).map_err(|e| Error::io(&path, &e))?;
         Ok(path)
     }
 
     /// Path of the summary.
-    pub fn summary_path(&self) -> PathBuf {
+    pub(crate) fn summary_path(&self) -> PathBuf {
         self.folder.join(Self::SUMMARY)
     }
 
@@ -141,7 +141,7 @@ impl Store {
     }
 
     /// The same with its header, whatever its shape.
-    pub fn load_file(&self, name: &str, inputs: Fingerprint) -> Option<MatrixFile> {
+    pub(crate) fn load_file(&self, name: &str, inputs: Fingerprint) -> Option<MatrixFile> {
         if !self.has_matrix(name, inputs) {
             return None;
         }
@@ -150,7 +150,7 @@ impl Store {
     }
 
     /// Whether a matrix of these inputs is there (or in another folder), by its header alone.
-    pub fn has_matrix(&self, name: &str, inputs: Fingerprint) -> bool {
+    pub(crate) fn has_matrix(&self, name: &str, inputs: Fingerprint) -> bool {
         let line = format!("{INPUTS}={inputs}");
         self.has(&self.matrix_path(name), &|path| MatrixRows::open(path).is_ok_and(|f| f.is_some_and(|f| f.header().contains(&line))))
     }
@@ -167,7 +167,7 @@ impl Store {
     ///
     /// # Errors
     /// As [`save`](Self::save).
-    pub fn save_with(&self, name: &str, matrix: &Matrix<f32>, inputs: Fingerprint, about: &str, more: &[String]) -> Result<()> {
+    pub(crate) fn save_with(&self, name: &str, matrix: &Matrix<f32>, inputs: Fingerprint, about: &str, more: &[String]) -> Result<()> {
         let own = [software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}")];
         write_matrix(Some(&self.matrix_path(name)), matrix, Format::Float, &[&own, more].concat())
     }

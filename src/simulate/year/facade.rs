@@ -86,7 +86,7 @@ impl Facade {
     }
 
     /// How much of the traced suns' light there is: the mean of the windows that have it.
-    pub fn sun_share(&self, state: &FacadeState) -> f64 {
+    pub(crate) fn sun_share(&self, state: &FacadeState) -> f64 {
         let sunny = || (0..self.windows.len()).filter(|&i| self.windows[i].direct.is_some());
         sunny().map(|i| 1.0 - state.fraction(i)).sum::<f64>() / sunny().count().max(1) as f64
     }

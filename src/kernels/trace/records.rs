@@ -1,0 +1,185 @@
+//! What tracing kernels read and write on the device: materials, windows, counters and their numbers.
+
+use crate::gpu::{Declared, Shader};
+use crate::gpu_struct;
+use crate::scene::MaterialKind;
+
+gpu_struct! {
+    /// Optical properties of a surface (`shared/material.wgsl`).
+    pub struct Material {
+        /// Diffuse reflectance.
+        pub diffuse: [f32; 3],
+        /// `MATERIAL_ABSORBER`, `MATERIAL_SURFACE`, `MATERIAL_GLASS` or `MATERIAL_MIRROR`.
+        pub kind: u32,
+        /// Specular reflectance (of the front for mirrors); transmissivity for glass.
+        pub specular: [f32; 3],
+        /// RMS facet slope; refraction index for glass.
+        pub roughness: f32,
+        /// Diffuse transmittance.
+        pub diffuse_transmitted: [f32; 3],
+        /// Index + 1 of the window that this absorber is; 0 otherwise.
+        pub window: u32,
+        /// Specular (direct) transmittance.
+        pub specular_transmitted: [f32; 3],
+        /// Unused.
+        pub padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// A window (`shared/window.wgsl`).
+    pub struct Window {
+        /// Local frame in world coordinates: z points into the room, y up.
+        pub x: [f32; 3],
+        /// Index of its first triangle.
+        pub first_triangle: u32,
+        /// Local y (up).
+        pub y: [f32; 3],
+        /// Number of triangles.
+        pub triangles: u32,
+        /// Normal, into the room.
+        pub z: [f32; 3],
+        /// In the tracer's units.
+        pub area: f32,
+        /// Index of the first bin among all windows' bins.
+        pub first_bin: u32,
+        /// Number of bins.
+        pub bins: u32,
+        /// Index of its first ring.
+        pub first_ring: u32,
+        /// Number of rings.
+        pub rings: u32,
+    }
+}
+
+gpu_struct! {
+    /// One ring of a window's basis. Squared cosines, because acos is inexact on some devices.
+    pub struct Ring {
+        /// At the lower polar limit (1 at the pole).
+        pub cos2_low: f32,
+        /// At the upper polar limit (0 at the horizon).
+        pub cos2_high: f32,
+        /// First bin, counted within the window.
+        pub first: u32,
+        /// Number of bins.
+        pub bins: u32,
+    }
+}
+
+gpu_struct! {
+    /// Paths finished and failed, paths still alive, segments traced (`shared/counters.wgsl`).
+    pub(crate) struct Counters: atomic {
+        /// Paths that ended properly.
+        pub finished: u32,
+        /// Paths the device cut off.
+        pub failed: u32,
+        /// Paths that go on in the next dispatch.
+        pub alive: u32,
+        /// Segments traced.
+        pub segments: u32,
+    }
+}
+
+crate::gpu_constants! {
+    const NUMBERS = {
+        const PI: f64 = std::f64::consts::PI;
+        const TAU: f64 = std::f64::consts::TAU;
+        const FRAC_1_PI: f64 = std::f64::consts::FRAC_1_PI;
+        const FRAC_PI_4: f64 = std::f64::consts::FRAC_PI_4;
+        /// Where rays end that nothing stops, in the tracer's units.
+        pub(crate) const FAR_AWAY: f64 = 1e30;
+        /// Windows, light and glow: end a path.
+        pub(crate) const MATERIAL_ABSORBER: u32 = 0;
+        /// Plastic, metal and trans.
+        pub(crate) const MATERIAL_SURFACE: u32 = 1;
+        pub(crate) const MATERIAL_GLASS: u32 = 2;
+        pub(crate) const MATERIAL_MIRROR: u32 = 3;
+        /// Squared roughness up to which surfaces are smooth.
+        pub(crate) const SMOOTH_ROUGHNESS2: f64 = 1e-6;
+        /// Specular fraction from which Radiance applies its Fresnel approximation to smooth surfaces
+        /// (FRESTHRESH).
+        pub(crate) const FRESNEL_THRESHOLD: f64 = 0.018;
+        /// See [`smooth_fresnel`].
+        const FRESNEL_DECAY: f64 = 5.85;
+        /// exp(−`FRESNEL_DECAY`).
+        const FRESNEL_GRAZING: f64 = 0.002_879_899_16;
+        /// Ends paths that wander between mirrors.
+        const MOST_PATH_SEGMENTS: u32 = 256;
+    }
+}
+
+/// Radiance's approximation to Fresnel's law for smooth surfaces: what they add to their specular
+/// reflection at this cosine of incidence, as a share of the rest. 0 at normal incidence.
+pub(crate) fn smooth_fresnel(cosine: f64) -> f64 {
+    (-FRESNEL_DECAY * cosine).exp() - (-FRESNEL_DECAY).exp()
+}
+
+const STRUCTS: &[Declared] = &[Material::DECLARED, Window::DECLARED, Ring::DECLARED, Counters::DECLARED];
+
+/// A shader that traces rays: what is declared here is shared by all of them.
+pub(crate) const fn shader(path: &'static str, declared: &'static [&'static [Declared]]) -> Shader {
+    Shader::new(path, declared).sharing(&[NUMBERS, STRUCTS])
+}
+
+pub(super) fn absorber(window: u32) -> Material {
+    Material { kind: MATERIAL_ABSORBER, window, ..bytemuck::Zeroable::zeroed() }
+}
+
+/// Radiance's material parameters as the shares of light that the shaders use.
+impl Material {
+    /// Whether it reflects and transmits as a mirror and a pane do.
+    pub(crate) fn is_smooth(&self) -> bool {
+        self.roughness * self.roughness <= SMOOTH_ROUGHNESS2 as f32
+    }
+
+    /// The largest share of light that it scatters, other than as mirrors and panes do.
+    pub fn scattered(&self) -> f32 {
+        let largest = |c: [f32; 3]| c.into_iter().fold(0.0, f32::max);
+        let rough = if self.is_smooth() { 0.0 } else { largest(self.specular).max(largest(self.specular_transmitted)) };
+        if self.kind == MATERIAL_SURFACE { largest(self.diffuse).max(largest(self.diffuse_transmitted)).max(rough) } else { 0.0 }
+    }
+}
+
+/// How a material lets light through directly, as `shared/bvh.wgsl` has it.
+pub(super) fn pane_kind(material: &Material) -> f32 {
+    match material.kind {
+        2 => 1.0,
+        1 if material.is_smooth() && material.specular_transmitted.iter().any(|v| *v > 0.0) => 2.0,
+        _ => 0.0,
+    }
+}
+
+pub(super) fn material_record(kind: &MaterialKind) -> Material {
+    let scaled = |c: [f64; 3], f: f64| c.map(|v| (v * f) as f32);
+    let surface = Material { kind: MATERIAL_SURFACE, ..bytemuck::Zeroable::zeroed() };
+    match *kind {
+        MaterialKind::Plastic { color, specularity, roughness } => Material {
+            diffuse: scaled(color, 1.0 - specularity),
+            specular: [specularity as f32; 3],
+            roughness: roughness as f32,
+            ..surface
+        },
+        MaterialKind::Metal { color, specularity, roughness } => Material {
+            diffuse: scaled(color, 1.0 - specularity),
+            specular: scaled(color, specularity),
+            roughness: roughness as f32,
+            ..surface
+        },
+        MaterialKind::Trans { color, specularity, roughness, transmissivity, transmitted_specularity } => {
+            let transmitted = transmissivity * (1.0 - specularity);
+            Material {
+                diffuse: scaled(color, 1.0 - specularity - transmitted),
+                specular: [specularity as f32; 3],
+                roughness: roughness as f32,
+                diffuse_transmitted: scaled(color, transmitted * (1.0 - transmitted_specularity)),
+                specular_transmitted: scaled(color, transmitted * transmitted_specularity),
+                ..surface
+            }
+        }
+        MaterialKind::Glass { transmissivity, refraction_index } => {
+            Material { kind: MATERIAL_GLASS, specular: scaled(transmissivity, 1.0), roughness: refraction_index as f32, ..surface }
+        }
+        MaterialKind::Mirror { color } => Material { kind: MATERIAL_MIRROR, specular: scaled(color, 1.0), ..surface },
+        MaterialKind::Light { .. } | MaterialKind::Glow { .. } | MaterialKind::Void => absorber(0),
+    }
+}
