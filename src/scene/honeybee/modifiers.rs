@@ -1,6 +1,8 @@
 //! Modifiers of surfaces: Honeybee's own, those of a room's set, the generic ones.
 
 use super::json::Node;
+use crate::bins::{AngleBasis, KlemsBasis};
+use crate::bsdf;
 use crate::error::{Error, Result, Warnings};
 use crate::scene::pane::REFRACTION_INDEX;
 use crate::scene::{MaterialKind, Pane, rad};
@@ -20,6 +22,8 @@ pub(super) enum Kind {
     Bsdf {
         /// Up vector of its angles.
         up: DVec3,
+        /// Its basis, in rfluxmtx's words: `kf`, `kh` or `kq`.
+        basis: &'static str,
     },
 }
 
@@ -76,6 +80,9 @@ impl Role {
         }
     }
 }
+
+/// Bases of windows in rfluxmtx's words.
+const KLEMS: [(KlemsBasis, &str); 3] = [(KlemsBasis::Full, "kf"), (KlemsBasis::Half, "kh"), (KlemsBasis::Quarter, "kq")];
 
 const INTERIOR_PANE: &str = "generic_interior_window_vis_0.88";
 const EXTERIOR_PANE: &str = "generic_exterior_window_vis_0.64";
@@ -216,7 +223,14 @@ impl<'a> Library<'a> {
                     let told = node.error("the thickness of this BSDF has no effect: the geometry it stands for is not looked for");
                     warnings.push(told.help("give the window a shade = \"….rad\" in a project file, or set the thickness to 0"));
                 }
-                Kind::Bsdf { up: node.vector("up_orientation")?.unwrap_or(DVec3::new(0.01, 0.01, 1.0)) }
+                let mut heard = Warnings::new();
+                let data = bsdf::read_from(node.required_text("bsdf_data")?.as_bytes(), &mut heard);
+                let bins = data.and_then(|d| bsdf::transmission_matrix(&d)).map_err(|e| node.at(e))?.rows();
+                let named = KLEMS.into_iter().find(|(basis, _)| AngleBasis::from(*basis).len() == bins);
+                let (_, basis) = named.ok_or_else(|| {
+                    node.error(format!("its scattering data have {bins} directions, which is no Klems basis")).help("use Klems full, half or quarter")
+                })?;
+                Kind::Bsdf { up: node.vector("up_orientation")?.unwrap_or(DVec3::new(0.01, 0.01, 1.0)), basis }
             }
             _ => {
                 let mut text = String::new();

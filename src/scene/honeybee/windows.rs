@@ -86,8 +86,8 @@ fn window(group: Vec<Opening>, taken: &mut HashSet<String>, warnings: &mut Warni
         (None, _) => ModelGlazing::Bsdf(first.modifier.identifier.clone()),
     };
     let mut builder = WindowBuilder::new(name, first.origin.clone());
-    if let Kind::Bsdf { up } = first.modifier.kind {
-        builder.parameters(&format!("u={},{},{}", up.x, up.y, up.z))?;
+    if let Kind::Bsdf { up, basis } = first.modifier.kind {
+        builder.parameters(&format!("h={basis} u={},{},{}", up.x, up.y, up.z))?;
     }
     for opening in &group {
         let inward = opening.face.triangles().triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect();
