@@ -18,7 +18,9 @@ mod view;
 mod viewer;
 
 use clap::{Parser, Subcommand};
-use lucarne::{Result, Warnings};
+use lucarne::simulate::Project;
+use lucarne::{Error, Result, Warnings};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Annual daylight and glare simulation of rooms with complex windows, on any GPU.
@@ -79,6 +81,19 @@ pub fn main() -> ExitCode {
             eprintln!("lucarne: error: {error}");
             progress::failure(&error)
         }
+    }
+}
+
+/// The project of a project file, or of a Honeybee model with its weather.
+fn project(file: &Path, weather: Option<&Path>, folder: Option<&Path>) -> Result<Project> {
+    let is_model = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("hbjson") || e.eq_ignore_ascii_case("hbpkl"));
+    match (is_model, weather) {
+        (true, Some(weather)) => Project::of_model(file, weather, folder),
+        (true, None) => Err(Error::new("a model has no weather").file(file).help("add --weather city.epw (or .wea)")),
+        (false, Some(_)) => {
+            Err(Error::new("--weather goes with a Honeybee model; a project file names its own").file(file).help("take --weather out"))
+        }
+        (false, None) => Project::read(file),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Scene files of every format: Radiance's `.rad`, glTF (`.gltf`, `.glb`), Honeybee's models (`.hbjson`).
 
-use super::honeybee::{self, ModelWindow};
+use super::honeybee;
 use super::points::{self, Sensor, SensorGrid};
 use super::{MaterialIndex, Scene, Triangle, Window, gltf, rad};
 use crate::error::{Error, Result, Warnings};
@@ -105,26 +105,11 @@ pub fn read_windows(file: &Path, base: &Path, warnings: &mut Warnings) -> Result
     Ok(windows)
 }
 
-/// The window of a Honeybee model that `model.hbjson#name` means; `None` for other files.
-///
-/// # Errors
-/// As [`honeybee::read`], and if there is no such window.
-pub fn read_model_window(file: &Path, warnings: &mut Warnings) -> Result<Option<ModelWindow>> {
-    let (path, Some(part)) = split_part(file) else { return Ok(None) };
-    if Format::of(&path) != Format::Honeybee {
-        return Ok(None);
-    }
-    let model = honeybee::read(&path, warnings)?;
-    let names = || model.windows.iter().map(|w| w.window.name.clone()).collect::<Vec<_>>();
-    let found = model.windows.iter().find(|w| w.window.name == part).cloned();
-    found.map(Some).ok_or_else(|| absent("window", Some(part), &names()).file(path))
-}
-
 /// The options of the view that `model.hbjson#name` means; `None` for other files.
 ///
 /// # Errors
 /// As [`honeybee::read`], and if there is no such view.
-pub fn read_model_view(file: &Path, warnings: &mut Warnings) -> Result<Option<String>> {
+pub(crate) fn read_model_view(file: &Path, warnings: &mut Warnings) -> Result<Option<String>> {
     let (path, Some(part)) = split_part(file) else { return Ok(None) };
     if Format::of(&path) != Format::Honeybee {
         return Ok(None);

@@ -1,15 +1,15 @@
-//! Radiance's material `glass`: one pane with Fresnel reflection at both faces.
+//! Radiance's material `glass`: one pane with Fresnel reflection at both faces; windows that have it.
 
-use super::MaterialKind;
+use super::{MaterialKind, Window};
 use crate::error::{Error, Result};
 
 /// Refraction index of Radiance's `glass` unless a fourth argument says otherwise.
 pub const REFRACTION_INDEX: f64 = 1.52;
 
-/// A clear pane, as Radiance's `glass`: what it lets pass and mirrors follows from the angle of incidence.
+/// One clear pane (Radiance `glass`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pane {
-    /// Of the material for one pass at normal incidence, RGB.
+    /// Transmissivity per colour: of the material for one pass at normal incidence, not transmittance.
     pub transmissivity: [f64; 3],
     /// Refraction index.
     pub refraction_index: f64,
@@ -39,15 +39,15 @@ impl Pane {
         Ok(Self { transmissivity, refraction_index: REFRACTION_INDEX })
     }
 
-    /// The pane of a material, if it is glass.
-    pub fn of_material(kind: &MaterialKind) -> Option<Self> {
-        match *kind {
+    /// The pane that a material is, if it is glass.
+    pub fn of_material(material: &MaterialKind) -> Option<Self> {
+        match *material {
             MaterialKind::Glass { transmissivity, refraction_index } => Some(Self { transmissivity, refraction_index }),
             _ => None,
         }
     }
 
-    /// The same as a material.
+    /// The material that it is of.
     pub fn material(&self) -> MaterialKind {
         MaterialKind::Glass { transmissivity: self.transmissivity, refraction_index: self.refraction_index }
     }
@@ -57,6 +57,20 @@ impl Pane {
     pub fn at(&self, cosine: f64) -> ([f64; 3], [f64; 3]) {
         glass_pane(self.transmissivity, self.refraction_index, cosine)
     }
+
+    /// Transmittance per colour at this cosine of the angle of incidence.
+    pub fn transmittance(&self, cosine: f64) -> [f64; 3] {
+        glass_pane(self.transmissivity, self.refraction_index, cosine).0
+    }
+}
+
+/// A window that is a pane of clear glass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GlazedWindow {
+    /// The opening; its polygons are the pane.
+    pub window: Window,
+    /// What it is glazed with.
+    pub pane: Pane,
 }
 
 /// Transmittance and reflectance of a pane at an angle of incidence: Fresnel's equations by angles, then
@@ -107,6 +121,10 @@ mod tests {
                 assert!((transmissivity(transmittance, refraction_index) - t).abs() < 1e-12);
             }
         }
+        let pane = Pane::of_transmittance([0.88, 0.6, 0.0]).unwrap();
+        assert!((0..3).all(|c| (pane.transmittance(1.0)[c] - [0.88, 0.6, 0.0][c]).abs() < 1e-12));
+        assert_eq!(Pane::of_material(&pane.material()), Some(pane));
+        assert!(Pane::of_transmittance([0.93; 3]).is_err() && Pane::of_transmittance([-0.1; 3]).is_err());
         // Radiance's manual: transmissivity 0.96 of a pane of transmittance 0.88.
         assert!((transmissivity(0.88, 1.52) - 0.96).abs() < 2e-3);
     }

@@ -80,6 +80,12 @@ pub struct Summary {
 pub struct WindowSummary {
     /// Its name, which its matrices `T_NAME` and `D_NAME` have.
     pub name: String,
+    /// What it is made of, for people.
+    pub glazing: String,
+    /// m².
+    pub area: f64,
+    /// Where it faces: degrees clockwise from north (+y) of its outward normal, and its tilt from the horizon (90 looks up).
+    pub faces: [f64; 2],
     /// Bins: columns of the view matrices.
     pub bins: usize,
     /// Whether suns are traced through it.
@@ -113,6 +119,9 @@ impl Summary {
     pub(super) fn of_windows(inputs: &Inputs, phases: u32) -> (Vec<WindowSummary>, bool) {
         let of = |w: &ProjectWindow| WindowSummary {
             name: w.name.clone(),
+            glazing: w.made_of.clone(),
+            area: w.window.area(),
+            faces: w.window.faces(),
             bins: w.window.basis.len(),
             sun_is_traced: phases == 5 && w.is_sunny(),
         };

@@ -52,8 +52,6 @@ pub struct Model {
     pub views: Vec<ModelView>,
     /// Dynamic groups, with the number of their states.
     pub groups: Vec<(String, usize)>,
-    /// Angle from the model's y axis to north, degrees counter-clockwise, where the file says so.
-    pub north: f64,
 }
 
 /// The newest version of the schema that this reader knows.
@@ -120,8 +118,11 @@ fn read_bytes(bytes: &[u8], file: &Path, warnings: &mut Warnings) -> Result<Mode
         warnings.push(Error::new(told).file(file).help("for the other states give the windows their BSDFs in a project: [[window]] states = [\"a.xml\", \"b.xml\"]"));
     }
     check_size(&scene, &model, file, warnings);
-    let north = model.number("north_angle")?.unwrap_or(0.0);
-    Ok(Model { scene, windows, sensors, views, groups, north })
+    if let Some(north) = model.number("north_angle")?.filter(|a| *a != 0.0) {
+        let told = format!("the north angle of {north}° that this model of an old version has is not obeyed: +y is north");
+        warnings.push(Error::new(told).file(file).field("north_angle").help("turn the model in Honeybee, or give north in [weather]"));
+    }
+    Ok(Model { scene, windows, sensors, views, groups })
 }
 
 /// Whether this is a model, of a version that is known.

@@ -1,8 +1,10 @@
 //! Everything a project names, read and checked against each other before any computing.
 
+pub(crate) mod filling;
 pub(crate) mod glazing;
 pub(crate) mod import;
 pub mod mirrors;
+mod models;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
@@ -86,7 +88,7 @@ impl Inputs {
     /// What is wrong in which file; windows whose basis is not their BSDF's, or that face away
     /// from every sensor.
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
-        let glazing = glazing::glazing(&project.windows)?;
+        let glazing = glazing::glazing(project)?;
         project.check_phases(project.method.choice(&project.windows, &glazing).phases)?;
         let weather = Weather::read(&project.weather.file, warnings)?;
         check_steps(project, &weather, warnings)?;
@@ -94,7 +96,7 @@ impl Inputs {
         let mut windows = Vec::new();
         let patches = project.method.sky.unwrap_or(glazing.sky).len();
         for section in &project.windows {
-            windows.extend(read_windows(project, section, patches, warnings)?);
+            windows.extend(read_windows(project, section, patches, &mut scene, warnings)?);
         }
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
@@ -109,6 +111,7 @@ impl Inputs {
         mirrors::warn(&scene, &plain, warnings);
         let seem_dark = reach::seem_dark(&scene, &plain, &sensors);
         reach::warn(&sensors, &seem_dark, warnings);
+        models::warn(project, warnings)?;
         let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing };
         inputs.check_suns(project, warnings)?;
         inputs.check_peaks(project, warnings);
@@ -143,18 +146,22 @@ impl Inputs {
         let Some(glare) = project.glare.as_ref().filter(|g| g.method != GlareMethod::Dgps) else { return };
         let five = self.choice(project).phases == 5;
         for section in project.windows.iter().filter(|w| !(five && w.lets_suns_through())) {
-            let states = if section.states.is_empty() { std::slice::from_ref(&section.bsdf) } else { &section.states[..] };
-            let Some(clear) = states.iter().find(|file| glazing::passes_direct(file)) else { continue };
-            warnings.push(
+            if !glazing::passes_direct(project, section) {
+                continue;
+            }
+            warnings.push(section.place.of(
                 Error::new(format!(
                     "the sun is seen through window '{}', but it is spread over a patch of the sky and a bin of the BSDF: glare by \
                      method \"{}\" misses hours with the sun in view",
                     section.name,
                     glare.method.name()
                 ))
-                .file(clear)
-                .help("give the window a shade = \"….rad\" with its panes, or a tensor_tree = \"….xml\": then five phases trace the sun through it"),
-            );
+                .help(if section.filling.is_clear() {
+                    "write phases = 5 or \"auto\": then the sun is traced through its panes"
+                } else {
+                    "give the window a shade = \"….rad\" with its panes, or a tensor_tree = \"….xml\": then five phases trace the sun through it"
+                }),
+            ));
         }
     }
 

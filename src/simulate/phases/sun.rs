@@ -10,7 +10,6 @@ use crate::simulate::inputs::shade::black_model;
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::inputs::{SensorGroup, import, split};
 use crate::simulate::plan::presets::{pane_options, sun_options};
-use crate::simulate::project::Project;
 use crate::simulate::store::fingerprint::Fingerprint;
 
 /// Sun matrix of these sensors, kept per group as `C_GROUP`, or that of an earlier run, and whether
@@ -32,7 +31,7 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
     for (window, _) in &panes {
         fingerprint.add(&(&window.triangles, &window.frame)).add(&pane_options(project));
     }
-    add_scattering_data(project, &mut fingerprint)?;
+    add_scattering_data(context, &mut fingerprint)?;
     for shade in inputs.shades() {
         fingerprint.add(&shade.scene.materials).add_values(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
     }
@@ -101,13 +100,17 @@ pub(crate) fn write_suns(context: &Context<'_>, suns: &SunSet) -> Result<()> {
     })
 }
 
-/// Adds the files of scattering data that suns are traced through.
+/// Adds the scattering data that suns are traced through.
 ///
 /// # Errors
 /// A file that cannot be read any more.
-pub(crate) fn add_scattering_data(project: &Project, fingerprint: &mut Fingerprint) -> Result<()> {
-    for file in project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
+pub(crate) fn add_scattering_data(context: &Context<'_>, fingerprint: &mut Fingerprint) -> Result<()> {
+    for file in context.project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
         fingerprint.add_values(&crate::files::read(file)?);
+    }
+    // Of layers the clear view is on the diagonal of T.
+    for window in context.inputs.windows.iter().filter(|w| w.pane.is_some()) {
+        fingerprint.add(&window.transmission.data());
     }
     Ok(())
 }

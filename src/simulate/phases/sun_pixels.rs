@@ -59,7 +59,7 @@ pub(crate) fn sun_pictures(
     for window in &context.inputs.windows {
         inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
     }
-    add_scattering_data(context.project, &mut inputs)?;
+    add_scattering_data(context, &mut inputs)?;
     let mut needed: Vec<usize> = hours.iter().filter_map(|&h| Some((*suns.hours.get(h)?)?.0)).collect();
     needed.sort_unstable();
     needed.dedup();

@@ -94,11 +94,20 @@ fn model(inputs: &Inputs) -> Vec<String> {
     let mut lines = vec![format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len())];
     for window in &inputs.windows {
         let shade = match (&window.shade, &window.pane) {
+            (Some(_), _) if window.glass.is_some() => "the sun through the pane itself".to_string(),
             (Some(shade), _) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
             (None, Some(_)) => "the sun through its scattering data".to_string(),
             (None, None) => "the sun in patches of the sky, by its BSDF".to_string(),
         };
-        lines.push(format!("window {}: {:.2} m², {} bins, {shade}", window.name, window.window.area(), window.window.basis.len()));
+        let [azimuth, altitude] = window.window.faces();
+        let tilt = if altitude == 0.0 { String::new() } else { format!(" and {altitude}° up") };
+        lines.push(format!(
+            "window {}: {:.2} m² facing {azimuth}°{tilt}, {}, {} bins, {shade}",
+            window.name,
+            window.window.area(),
+            window.made_of,
+            window.window.basis.len()
+        ));
     }
     for group in &inputs.sensors {
         lines.push(format!("sensors {}: {}", group.name, group.sensors.len()));

@@ -58,6 +58,12 @@ impl ProjectBuilder {
         self.begin("window").set("window", "name", name).set("window", "surface", surface).set("window", "bsdf", bsdf)
     }
 
+    /// A `[[window]]` of clear glass: its surface, and its visible transmittance at normal incidence.
+    #[must_use]
+    pub fn glass_window(self, name: &str, surface: &str, transmittance: f64) -> Self {
+        self.begin("window").set("window", "name", name).set("window", "surface", surface).set("window", "glass", transmittance)
+    }
+
     /// A group of `[[sensors]]`: a file of `x y z dx dy dz` lines.
     #[must_use]
     pub fn sensors(self, name: &str, points: &str) -> Self {

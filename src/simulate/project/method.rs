@@ -109,7 +109,8 @@ impl MethodSection {
             Some(Ok(n)) => method.sky = Some(ReinhartSky::new(n as usize)?),
         }
         method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
-        let shaded = windows.iter().find(|w| w.lets_suns_through());
+        let shaded = windows.iter().find(|w| w.names_what_suns_pass());
+        let clear = windows.iter().any(|w| w.filling.is_clear());
         match (method.phases, shaded) {
             (Phases::Two | Phases::Three, Some(window)) => {
                 return Err(table
@@ -122,10 +123,10 @@ impl MethodSection {
             (Phases::Two | Phases::Three, None) if suns.is_some() => {
                 return Err(table.error("suns", "suns are traced by five phases only").help("write phases = 5, or take suns out"));
             }
-            (Phases::Five, None) => {
+            (Phases::Five, None) if !clear => {
                 return Err(table
                     .error("phases", "five phases need a window that the sun is traced through")
-                    .help("add shade = \"….rad\" (slats, panes) or tensor_tree = \"….xml\" to a [[window]], or write phases = 3"));
+                    .help("add shade = \"….rad\" (slats, panes) or tensor_tree = \"….xml\" to a [[window]], or glass = 0.65 in place of its bsdf, or write phases = 3"));
             }
             _ => {}
         }
@@ -136,6 +137,7 @@ impl MethodSection {
     /// The method for these windows and their glazing.
     pub fn choice(&self, windows: &[WindowSection], glazing: &Glazing) -> Choice {
         let shaded = windows.iter().any(WindowSection::lets_suns_through);
+        let named = windows.iter().any(WindowSection::names_what_suns_pass);
         match self.phases {
             Phases::Two => Choice { phases: 2, why: "as asked: daylight coefficients V·T·D are kept" },
             Phases::Three => Choice { phases: 3, why: "as asked" },
@@ -143,10 +145,14 @@ impl MethodSection {
             Phases::Auto if shaded && !self.suns_are_given && glazing.spreads_suns => {
                 Choice { phases: 3, why: "the windows that suns could be traced through spread all light evenly" }
             }
+            Phases::Auto if shaded && !named && windows.iter().any(|w| w.states.len() > 1) => {
+                Choice { phases: 3, why: "windows have several states, for which suns are not traced" }
+            }
+            Phases::Auto if shaded && !named => Choice { phases: 5, why: "the sun is traced through the clear panes themselves" },
             Phases::Auto if shaded => {
                 Choice { phases: 5, why: "a window has a shade or tensor tree, whose patches of sun the sky's patches would blur" }
             }
-            Phases::Auto => Choice { phases: 3, why: "no window has a shade or tensor tree that suns could be traced through" },
+            Phases::Auto => Choice { phases: 3, why: "no window has glass, a shade or a tensor tree that suns could be traced through" },
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Settings of a project that can be changed.
 
 use crate::bins::{AngleBasis, KlemsBasis};
-use crate::bsdf::{self, Block, Component, resample::to_klems};
-use crate::error::{Error, Result, Warnings};
-use crate::simulate::inputs::{Inputs, in_colour};
+use crate::error::{Error, Result};
+use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::filling::transmission_over;
 use crate::simulate::project::Project;
 
 /// What is changed.
@@ -82,16 +82,9 @@ pub(super) fn rebase(inputs: &mut Inputs, project: &Project, basis: &AngleBasis)
         let section = project
             .windows
             .iter()
-            .find(|s| window.name == s.name || window.name.starts_with(&format!("{}-", s.name)))
+            .find(|s| s.is_of(&window.name))
             .ok_or_else(|| Error::new(format!("window '{}' belongs to no [[window]]", window.name)))?;
-        let mut data = bsdf::read(&section.bsdf, &mut Warnings::new())?;
-        for blocks in [&mut data.visible, &mut data.cie_x, &mut data.cie_z] {
-            for component in [Component::TransmissionFront, Component::TransmissionBack] {
-                let slot = blocks.slot(component);
-                *slot = slot.take().map(|block| Block::Klems(to_klems(&block, basis, basis)));
-            }
-        }
-        window.transmission = in_colour(bsdf::transmission_matrix(&data).map_err(|e| e.file(&section.bsdf))?);
+        window.transmission = transmission_over(project, section, window.glass.as_ref(), basis)?;
         window.window.basis = basis.clone();
         window.states.clear();
     }

@@ -1,0 +1,278 @@
+use super::*;
+use crate::bins::KlemsBasis;
+use crate::gpu::mutation;
+use crate::kernels::coefficients::reference::coefficient_row;
+use crate::kernels::trace::comparison::agrees;
+use crate::kernels::trace::reference::Estimate;
+use crate::kernels::trace::rooms::{Builder, sensor, window};
+use crate::kernels::view_matrix::mean_and_error;
+use crate::progress::Silent;
+use crate::scene::{MaterialKind, Window};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+fn tregenza() -> ReinhartSky {
+    ReinhartSky::new(1).unwrap()
+}
+
+/// Glass that absorbs nothing.
+const CLEAR: Pane = Pane { transmissivity: [1.0; 3], refraction_index: 1.52 };
+
+/// A unit cube with its south face a pane.
+fn cube(reflectance: f64, pane: Pane) -> (Scene, GlazedWindow) {
+    let mut b = Builder::default();
+    let wall = b.grey(reflectance);
+    b.room([0.0; 3], [1.0; 3], wall, &[2]);
+    let south = window([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 0.0]], DVec3::Y, DVec3::Z, KlemsBasis::Full);
+    (b.scene, GlazedWindow { window: south, pane })
+}
+
+fn sum(row: &[f32]) -> f64 {
+    row.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0
+}
+
+/// Sum of a sensor's row, and its standard error.
+fn row_sum(c: &TracedMatrix, sensor: usize) -> (f64, f64) {
+    mean_and_error(&c.batches.iter().map(|b| sum(b.total.row(sensor))).collect::<Vec<_>>())
+}
+
+#[test]
+fn under_an_even_sky_everything_that_absorbs_nothing_gives_pi() {
+    let Some(device) = Device::for_tests("furnace of the coefficients") else { return };
+    let (scene, pane) = cube(1.0, CLEAR);
+    let options = CoefficientOptions { keep_batches: true, ..CoefficientOptions::default() };
+    let sensors =
+        [sensor([0.5, 0.5, 1e-3], [0.0, 0.0, 1.0]), sensor([0.2, 0.95, 0.7], [0.3, -1.0, 0.2]), sensor([0.5, -0.4, 0.5], [0.0, 1.0, 0.0])];
+    let c = compute(&device, &scene, &[pane], &sensors, tregenza(), &options, &Silent).unwrap();
+    for row in 0..sensors.len() {
+        let (found, error) = row_sum(&c, row);
+        println!("sensor {row}: {found} ± {error}, {:.1e} from π", found - PI);
+        assert!((found - PI).abs() < 4.0 * error + 1e-4 && error < 0.03 * PI, "{found} ± {error}");
+    }
+    // No window, nothing at all: each path brings its π, and each patch the cosine over it.
+    let c = compute(&device, &Scene::default(), &[], &sensors[..1], tregenza(), &options, &Silent).unwrap();
+    assert!((row_sum(&c, 0).0 - PI).abs() < 1e-5);
+    assert_eq!(c.total, c.direct);
+    let (sky, n) = (tregenza(), 40);
+    let mut squares = 0.0;
+    for patch in 1..sky.len() {
+        let mean = (0..n * n)
+            .map(|i| sky.direction(patch, (f64::from(i / n) + 0.5) / f64::from(n), (f64::from(i % n) + 0.5) / f64::from(n)).z)
+            .sum::<f64>()
+            / f64::from(n * n);
+        squares += ((f64::from(c.total.at(0, patch)[1]) - mean * sky.solid_angle(patch)) / f64::from(c.standard_error.at(0, patch)[1]))
+            .powi(2)
+            / 145.0;
+    }
+    assert!(squares < 1.8 && c.total.at(0, 0)[1] == 0.0, "mean z² {squares}");
+}
+
+#[test]
+fn a_pane_in_a_black_room_gives_the_integral_of_its_transmittance() {
+    let Some(device) = Device::for_tests("a pane in a black room") else { return };
+    let pane = Pane { transmissivity: [0.9, 0.7, 0.5], refraction_index: 1.52 };
+    let (scene, glazed) = cube(0.0, pane);
+    let options = CoefficientOptions { keep_batches: true, ..CoefficientOptions::default() };
+    for (position, normal) in
+        [([0.4, 0.6, 0.1], [0.0, 0.0, 1.0]), ([0.7, 0.9, 0.5], [0.1, -1.0, 0.2]), ([0.3, 0.02, 0.4], [0.0, -1.0, 0.0])]
+    {
+        let s = sensor(position, normal);
+        let c = compute(&device, &scene, std::slice::from_ref(&glazed), &[s], tregenza(), &options, &Silent).unwrap();
+        assert_eq!(c.total, c.direct);
+        let n = 1500;
+        let exact: [f64; 3] = (0..n * n)
+            .into_par_iter()
+            .map(|i| {
+                let q = DVec3::new((f64::from(i / n) + 0.5) / f64::from(n), 0.0, (f64::from(i % n) + 0.5) / f64::from(n)) - s.position;
+                let (to, d2) = (q.normalize(), q.length_squared());
+                let share = to.dot(s.direction.normalize()).max(0.0) * -to.y / d2 / f64::from(n * n);
+                pane.transmittance(-to.y).map(|t| t * share)
+            })
+            .reduce(|| [0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+        for (channel, exact) in exact.into_iter().enumerate() {
+            let of = |m: &Matrix<f32>| m.row(0).iter().skip(channel).step_by(3).map(|v| f64::from(*v)).sum::<f64>();
+            let (found, error) = mean_and_error(&c.batches.iter().map(|b| of(&b.total)).collect::<Vec<_>>());
+            println!("{position:?} channel {channel}: {found:.6} ± {error:.1e}, {exact:.6}");
+            assert!((found - exact).abs() < 4.0 * error + 2e-5 * exact && error < 5e-3 * exact, "{found} ± {error}, not {exact}");
+        }
+    }
+}
+
+/// A room with a deep reveal to the south and a window to the west, a mirror inside, a pane as partition, before it ground, a
+/// house, a mirror façade and a canopy; everything coloured and nothing symmetric. The west wall has a hole.
+struct House {
+    scene: Scene,
+    windows: Vec<GlazedWindow>,
+    sensors: Vec<Sensor>,
+}
+
+fn opening(corners: [[f64; 3]; 4], normal: DVec3) -> Window {
+    window(corners, normal, DVec3::Z, KlemsBasis::Quarter)
+}
+
+fn house() -> House {
+    let mut b = Builder::default();
+    let walls = b.grey(0.6);
+    let plaster = b.material(MaterialKind::Plastic { color: [0.7, 0.6, 0.5], specularity: 0.05, roughness: 0.0 });
+    let floor = b.material(MaterialKind::Plastic { color: [0.5, 0.3, 0.2], specularity: 0.0, roughness: 0.0 });
+    let mirror = b.material(MaterialKind::Mirror { color: [0.8, 0.75, 0.7] });
+    let glass = b.material(MaterialKind::Glass { transmissivity: [0.9, 0.8, 0.7], refraction_index: 1.52 });
+    let trans = b.material(MaterialKind::Trans {
+        color: [0.7, 0.7, 0.6],
+        specularity: 0.04,
+        roughness: 0.0,
+        transmissivity: 0.5,
+        transmitted_specularity: 0.3,
+    });
+    let ground = b.material(MaterialKind::Plastic { color: [0.4, 0.5, 0.3], specularity: 0.0, roughness: 0.0 });
+    b.room([0.0, 0.0, 0.0], [4.0, 5.0, 3.0], walls, &[0, 2, 4]);
+    b.quad([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 5.0, 0.0], [0.0, 5.0, 0.0]], floor);
+    // South: x 0.5…2, z 1…2.5, inside and outside of the wall, and the reveal between.
+    for y in [0.0, -0.4] {
+        for (x0, x1, z0, z1) in [(-0.4, 4.4, 0.0, 1.0), (-0.4, 4.4, 2.5, 3.4), (-0.4, 0.5, 1.0, 2.5), (2.0, 4.4, 1.0, 2.5)] {
+            b.quad([[x0, y, z0], [x1, y, z0], [x1, y, z1], [x0, y, z1]], if y == 0.0 { walls } else { plaster });
+        }
+    }
+    b.quad([[0.5, 0.0, 1.0], [0.5, -0.4, 1.0], [0.5, -0.4, 2.5], [0.5, 0.0, 2.5]], walls);
+    b.quad([[2.0, 0.0, 1.0], [2.0, -0.4, 1.0], [2.0, -0.4, 2.5], [2.0, 0.0, 2.5]], walls);
+    b.quad([[0.5, 0.0, 1.0], [0.5, -0.4, 1.0], [2.0, -0.4, 1.0], [2.0, 0.0, 1.0]], plaster);
+    b.quad([[0.5, 0.0, 2.5], [0.5, -0.4, 2.5], [2.0, -0.4, 2.5], [2.0, 0.0, 2.5]], walls);
+    // West: a window y 3…4.5, and a hole y 0.5…1, both z 0.5…2.
+    for (y0, y1, z0, z1) in [(0.0, 5.0, 0.0, 0.5), (0.0, 5.0, 2.0, 3.0), (0.0, 0.5, 0.5, 2.0), (1.0, 3.0, 0.5, 2.0), (4.5, 5.0, 0.5, 2.0)] {
+        b.quad([[0.0, y0, z0], [0.0, y1, z0], [0.0, y1, z1], [0.0, y0, z1]], walls);
+    }
+    // Inside: a mirror to the east, a pane across, a screen.
+    b.quad([[3.9, 2.5, 2.5], [3.9, 0.5, 2.5], [3.9, 0.5, 0.5], [3.9, 2.5, 0.5]], mirror);
+    b.quad([[0.2, 1.0, 0.3], [2.5, 1.0, 0.3], [2.5, 1.0, 2.7], [0.2, 1.0, 2.7]], glass);
+    b.quad([[0.5, 2.9, 0.0], [1.5, 2.9, 0.0], [1.5, 2.9, 2.0], [0.5, 2.9, 2.0]], trans);
+    // Outside: ground, which ends, a house to the south-east, a mirror to the south-west, a canopy, a fin.
+    b.quad([[-20.0, -30.0, 0.0], [20.0, -30.0, 0.0], [20.0, -0.4, 0.0], [-20.0, -0.4, 0.0]], ground);
+    b.quad([[-9.0, -0.4, 0.0], [-0.01, -0.4, 0.0], [-0.01, 9.0, 0.0], [-9.0, 9.0, 0.0]], ground);
+    b.quad([[2.5, -4.0, 0.0], [8.0, -4.0, 0.0], [8.0, -4.0, 6.0], [2.5, -4.0, 6.0]], plaster);
+    b.quad([[-2.0, -6.0, 0.0], [-2.0, -0.8, 0.0], [-2.0, -0.8, 4.0], [-2.0, -6.0, 4.0]], mirror);
+    b.quad([[0.0, -1.6, 2.7], [2.2, -1.6, 2.7], [2.2, -0.4, 2.9], [0.0, -0.4, 2.9]], trans);
+    b.quad([[2.1, -0.9, 0.8], [2.1, -0.41, 0.8], [2.1, -0.41, 2.6], [2.1, -0.9, 2.6]], walls);
+    let south = opening([[0.5, -0.25, 1.0], [2.0, -0.25, 1.0], [2.0, -0.25, 2.5], [0.5, -0.25, 2.5]], DVec3::Y);
+    let west = opening([[0.0, 3.0, 0.5], [0.0, 4.5, 0.5], [0.0, 4.5, 2.0], [0.0, 3.0, 2.0]], DVec3::X);
+    let glazed = |window, transmissivity| GlazedWindow { window, pane: Pane { transmissivity, refraction_index: 1.52 } };
+    House {
+        scene: b.scene,
+        windows: vec![glazed(south, [0.9, 0.8, 0.6]), glazed(west, [0.6, 0.7, 0.8])],
+        sensors: vec![
+            sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]),
+            sensor([2.5, 1.4, 1.0], [1.0, 0.0, 0.2]),
+            sensor([3.8, 4.8, 0.2], [0.0, -0.2, 1.0]),
+            // Close to the south window, seeing it; in the open, towards the façade, and up before the west window.
+            sensor([1.2, -0.1, 1.02], [0.0, -0.1, 1.0]),
+            sensor([1.0, -2.0, 1.0], [0.1, 1.0, 0.3]),
+            sensor([-0.5, 3.5, 1.0], [0.0, 0.0, 1.0]),
+        ],
+    }
+}
+
+/// A sensor's row and its direct part in f64.
+type Row = [Vec<[Estimate; 3]>; 2];
+
+impl House {
+    fn reference(&self, bounces: u32, samples: usize) -> Vec<Row> {
+        let row = |(i, s): (usize, &Sensor)| {
+            coefficient_row(&self.scene, &self.windows, s.position, s.direction, tregenza(), bounces, samples, 7 + i as u64)
+        };
+        self.sensors.par_iter().enumerate().map(row).collect()
+    }
+
+    fn compare(&self, device: &Device, bounces: u32, samples: usize, reference: &[Row]) -> std::result::Result<String, String> {
+        let options = CoefficientOptions {
+            bounces: Some(bounces),
+            near_samples: 4096,
+            direct_samples: 2048,
+            keep_batches: true,
+            ..CoefficientOptions::default()
+        };
+        let c = compute(device, &self.scene, &self.windows, &self.sensors, tregenza(), &options, &Silent).map_err(|e| e.to_string())?;
+        // The direct part with the errors of its own batches.
+        let mut direct = TracedMatrix { total: c.direct.clone(), ..c.clone() };
+        for row in 0..self.sensors.len() {
+            for patch in 0..tregenza().len() {
+                for channel in 0..3 {
+                    let values: Vec<f64> = c.batches.iter().map(|b| f64::from(b.direct.at(row, patch)[channel])).collect();
+                    direct.standard_error.at_mut(row, patch)[channel] = mean_and_error(&values).1 as f32;
+                }
+            }
+        }
+        let mut found = String::new();
+        for (row, [total, straight]) in reference.iter().enumerate() {
+            let named = |what: &str, e: String| format!("-ab {bounces}, sensor {row}, {what}: {e}\n");
+            found += &named("total", agrees(&c, row, total, samples).map_err(|e| named("total", e))?);
+            found += &named("direct", agrees(&direct, row, straight, samples).map_err(|e| named("direct", e))?);
+        }
+        Ok(found)
+    }
+}
+
+#[test]
+fn a_house_with_reveal_mirrors_and_a_hole_agrees_with_the_reference_patch_by_patch() {
+    let Some(device) = Device::for_tests("daylight coefficients of a house") else { return };
+    let house = house();
+    for bounces in [1, 2, 4] {
+        let samples = 400_000;
+        let found = house.compare(&device, bounces, samples, &house.reference(bounces, samples));
+        println!("{}", found.unwrap_or_else(|e| panic!("{e}")));
+    }
+}
+
+#[test]
+fn faults_in_the_shaders_of_the_coefficients_are_found_out() {
+    let Some(device) = Device::for_tests("faults in the coefficients' shaders") else { return };
+    let (house, samples) = (house(), 200_000);
+    let reference = house.reference(3, samples);
+    house.compare(&device, 3, samples, &reference).unwrap_or_else(|e| panic!("without a fault: {e}"));
+    let mut survivors = Vec::new();
+    for (path, from, to) in [
+        ("coefficients/direct", "found.direct, found.patch_index", "true, found.patch_index"),
+        ("coefficients/direct", "index, hash_combine(seed, 1u), params.most_bounces", "0u, 5u, params.most_bounces"),
+        ("coefficients/direct", "found.weight, unit_f32", "found.weight.zyx, unit_f32"),
+        ("coefficients/paths", "counts = mirrored;", "counts = true;"),
+        ("coefficients/paths", "counts = mirrored;", "counts = false;"),
+        ("coefficients/paths", "passed_pane && front && material.window > 0u", "passed_pane && material.window > 0u"),
+        ("coefficients/paths", "params.most_bounces - bounces", "params.most_bounces"),
+        ("coefficients/paths", "mirrored = false;\n        } else", "mirrored = mirrored;\n        } else"),
+        ("coefficients/entering", "pane.roughness, max(-dot(", "pane.roughness, 1.0 + 0.0 * max(-dot("),
+        ("coefficients/entering", "params.first_pane + to_window.window", "params.first_pane"),
+        (
+            "coefficients/entering",
+            "position + to_window.direction * to_window.distance, -window.z",
+            "position + to_window.direction * to_window.distance, window.z",
+        ),
+        (
+            "coefficients/entering",
+            "select(params.batches * params.sensors, 0u, direct)",
+            "select(0u, params.batches * params.sensors, direct)",
+        ),
+        ("shared/outside", "(passed_pane && front && material.window > 0u)", "false"),
+        ("shared/outside", "(passed_pane && front && material.window > 0u)", "(passed_pane && material.window > 0u)"),
+    ] {
+        match mutation::with(path, from, to, || house.compare(&device, 3, samples, &reference)) {
+            Ok(found) => survivors.push(format!("{path}: '{from}' may be '{to}': {found}")),
+            Err(found) => println!("{path}: '{to}' is found out: {found}"),
+        }
+    }
+    assert!(survivors.is_empty(), "{}", survivors.join("\n"));
+}
+
+#[test]
+fn equal_seeds_give_equal_bits_whatever_the_tile() {
+    let Some(device) = Device::for_tests("tiles of the coefficients") else { return };
+    let house = house();
+    let sensors: Vec<Sensor> = (0..23).map(|i| sensor([0.1 + 0.15 * f64::from(i), 2.0, 0.8], [0.0, 0.0, 1.0])).collect();
+    let options =
+        CoefficientOptions { bounces: Some(3), direct_samples: 32, near_samples: 16, keep_batches: true, ..CoefficientOptions::default() };
+    let run =
+        |options: &CoefficientOptions| compute(&device, &house.scene, &house.windows, &sensors, tregenza(), options, &Silent).unwrap();
+    let whole = run(&options);
+    // Four sensors' sums of two kernels.
+    let tiled = run(&CoefficientOptions { memory: 4 * 2 * 2 * 8 * 146 * 12, ..options });
+    assert_eq!(whole, tiled);
+    assert_ne!(whole.total, run(&CoefficientOptions { seed: 2, ..options }).total);
+}
