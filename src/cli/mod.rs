@@ -12,6 +12,7 @@ mod multiply;
 mod plan;
 mod progress;
 mod run;
+mod scene;
 mod sky;
 mod tradeoff;
 mod view;
@@ -37,6 +38,8 @@ enum Verb {
     Bsdf(bsdf::Args),
     /// One phase of the matrix methods: view matrix V or daylight matrix D (as rfluxmtx).
     Matrix(matrix::Args),
+    /// What scene files hold, and what looks wrong with them.
+    Scene(scene::Args),
     /// Sky matrix from a weather file (as gendaymtx).
     Sky(sky::Args),
     /// Product of matrices V·T·D·S (as dctimestep).
@@ -64,6 +67,7 @@ pub fn main() -> ExitCode {
     let result: Result<ExitCode> = match cli.verb {
         Verb::Bsdf(args) => bsdf::run(args, &mut warnings),
         Verb::Matrix(args) => matrix::run(args, &mut warnings),
+        Verb::Scene(args) => scene::run(args, &mut warnings),
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),

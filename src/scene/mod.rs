@@ -6,6 +6,7 @@
 mod files;
 pub mod gltf;
 pub mod honeybee;
+pub mod info;
 pub(crate) mod pane;
 pub mod points;
 pub(crate) mod polygon;

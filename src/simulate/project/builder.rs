@@ -115,7 +115,7 @@ impl ProjectBuilder {
     ///
     /// # Errors
     /// A value that project files cannot hold.
-    pub(crate) fn to_toml(&self) -> Result<String> {
+    pub fn to_toml(&self) -> Result<String> {
         match &self.fault {
             Some(fault) => Err(fault.clone()),
             None => toml::to_string(&self.sections).map_err(|e| Error::new(e.to_string())),
