@@ -1,8 +1,9 @@
-//! Scene files of every format: Radiance's `.rad`, glTF (`.gltf`, `.glb`), Honeybee's models (`.hbjson`).
+//! Scene files of every format: Radiance's `.rad`, OBJ, glTF (`.gltf`, `.glb`), Honeybee's models (`.hbjson`, or
+//! their Radiance folder).
 
 use super::honeybee;
 use super::points::{self, Sensor, SensorGrid};
-use super::{MaterialIndex, Scene, Triangle, Window, gltf, rad};
+use super::{MaterialIndex, Scene, Triangle, Window, gltf, obj, rad};
 use crate::error::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};
 
@@ -12,6 +13,7 @@ pub(crate) enum Format {
     Radiance,
     Gltf,
     Honeybee,
+    Obj,
 }
 
 impl Format {
@@ -20,14 +22,16 @@ impl Format {
             Self::Gltf
         } else if honeybee::is_honeybee(file) {
             Self::Honeybee
+        } else if obj::is_obj(file) {
+            Self::Obj
         } else {
             Self::Radiance
         }
     }
 
-    /// Whether such files may hold windows and sensors besides surfaces.
+    /// Whether parts of such files have names by which they can be asked for.
     fn has_parts(self) -> bool {
-        matches!(self, Self::Gltf | Self::Honeybee)
+        self != Self::Radiance
     }
 }
 
@@ -41,8 +45,8 @@ pub(crate) fn split_part(path: &Path) -> (PathBuf, Option<String>) {
 }
 
 /// Reads and joins scene files. `.rad` files are read in their order as one scene, by
-/// [`rad::read_scene`]; glTF files and Honeybee models each for itself, by [`gltf::read`] and [`honeybee::read`],
-/// without their windows and sensors. Paths are relative to `base`.
+/// [`rad::read_scene`]; their modifiers serve [`obj`] files too; glTF files and Honeybee models are read each for itself,
+/// by [`gltf::read`] and [`honeybee::read`], without their windows and sensors. Paths are relative to `base`.
 ///
 /// # Errors
 /// As those functions.
@@ -56,9 +60,10 @@ pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Re
 /// As [`read_scene`].
 pub fn read_scene_with(files: &[PathBuf], base: &Path, options: &gltf::Options, warnings: &mut Warnings) -> Result<Scene> {
     let (radiance, others): (Vec<PathBuf>, Vec<PathBuf>) = files.iter().cloned().partition(|f| Format::of(f) == Format::Radiance);
-    let mut scene = rad::read_scene(&radiance, base, warnings)?;
+    let (mut scene, mut definitions) = rad::read_scene_and_definitions(&radiance, base, warnings)?;
     for file in others.iter().map(|f| base.join(f)) {
         match Format::of(&file) {
+            Format::Obj => obj::read_scene(&file, &mut definitions, &mut scene, warnings)?,
             Format::Honeybee => append(&mut scene, honeybee::read(&file, warnings)?.scene.clone()),
             _ => append(&mut scene, gltf::read(&file, options, warnings)?.scene),
         }
@@ -88,6 +93,7 @@ pub fn read_windows(file: &Path, base: &Path, warnings: &mut Warnings) -> Result
     let (path, part) = split_part(&base.join(file));
     let (mut windows, help) = match Format::of(&path) {
         Format::Radiance => return rad::read_windows(file, base, warnings),
+        Format::Obj => return obj::read_windows(&path, part.as_deref(), warnings),
         Format::Gltf => (
             gltf::read(&path, &gltf::Options::default(), warnings)?.windows,
             "mark windows by \"window\": \"name\" in the extras of their node",
@@ -129,7 +135,7 @@ pub(crate) fn read_model_view(file: &Path, warnings: &mut Warnings) -> Result<Op
 pub fn read_sensors(file: &Path, preferred: Option<&str>, warnings: &mut Warnings) -> Result<Vec<Sensor>> {
     let (path, part) = split_part(file);
     let (grids, help): (Vec<SensorGrid>, _) = match Format::of(&path) {
-        Format::Radiance => return points::read_points(file),
+        Format::Radiance | Format::Obj => return points::read_points(file),
         Format::Gltf => (
             gltf::read(&path, &gltf::Options::default(), warnings)?.sensors,
             "mark sensors by \"sensors\": \"name\" in the extras of their node",

@@ -90,7 +90,7 @@ impl SceneInfo {
                     for w in &model.windows {
                         let glazing = match &w.glazing {
                             ModelGlazing::Glass(pane) => describe(&pane.material()),
-                            ModelGlazing::Bsdf(name) => format!("BSDF '{name}'"),
+                            ModelGlazing::Bsdf(data) => format!("BSDF {}", data.display()),
                         };
                         windows.push((w.window.clone(), w.apertures.len(), format!("{}, {glazing}", w.modifier)));
                     }

@@ -1,12 +1,13 @@
 //! What the tracer sees: triangles with materials, and the windows between inside and outside.
 //!
-//! Readers ([`rad`], [`gltf`], [`honeybee`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
+//! Readers ([`rad`], [`gltf`], [`obj`], [`honeybee`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
 //! acceleration structure rebases them near the origin.
 
 mod files;
 pub mod gltf;
 pub mod honeybee;
 pub mod info;
+pub mod obj;
 pub(crate) mod pane;
 pub mod points;
 pub(crate) mod polygon;

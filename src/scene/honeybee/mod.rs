@@ -18,6 +18,7 @@
 //! The format is that of [honeybee-schema](https://github.com/ladybug-tools/honeybee-schema), version 2.
 
 mod assets;
+mod folder;
 mod geometry;
 mod json;
 mod modifiers;
@@ -59,9 +60,9 @@ const KNOWN_VERSION: u64 = 2;
 /// Rooms longer than this, or shorter than the second, in metres: the unit is likely another.
 const LIKELY_SIZE: [f64; 2] = [300.0, 0.7];
 
-/// Whether a file's name says that it is a Honeybee model.
+/// Whether a file's name says that it is a Honeybee model, or a folder that it was written as one for Radiance.
 pub(crate) fn is_honeybee(file: &Path) -> bool {
-    file.extension().is_some_and(|e| e.eq_ignore_ascii_case("hbjson") || e.eq_ignore_ascii_case("hbpkl"))
+    folder::is_folder(file) || file.extension().is_some_and(|e| e.eq_ignore_ascii_case("hbjson") || e.eq_ignore_ascii_case("hbpkl"))
 }
 
 thread_local! {
@@ -69,11 +70,15 @@ thread_local! {
     static LAST: RefCell<Option<(PathBuf, blake3::Hash, Rc<Model>, Warnings)>> = const { RefCell::new(None) };
 }
 
-/// Reads a model.
+/// Reads a model, or the Radiance folder that honeybee-radiance wrote of one: there an opaque polygon of `aperture/` is
+/// a door, fronts look outside, and lengths are metres.
 ///
 /// # Errors
 /// What is no Honeybee model; wrong types, missing parts and modifiers, unknown units: with the object.
 pub fn read(file: &Path, warnings: &mut Warnings) -> Result<Rc<Model>> {
+    if file.is_dir() {
+        return folder::read(file, warnings).map(Rc::new);
+    }
     let bytes = files::read(file)?;
     let hash = blake3::hash(&bytes);
     let told = |found: &Warnings, warnings: &mut Warnings| found.iter().for_each(|w| warnings.push(w.clone()));
@@ -105,24 +110,30 @@ fn read_bytes(bytes: &[u8], file: &Path, warnings: &mut Warnings) -> Result<Mode
     let model = Node::root(&value);
     check_kind(&model, warnings, file)?;
     let (scale, tolerance) = units(&model)?;
-    let library = Library::read(&model, scale)?;
+    let library = Library::read(&model, file, scale)?;
     let mut reader = Reader::new(file, library, scale, tolerance, warnings);
     reader.model(&model)?;
     let Reader { scene, openings, groups, .. } = reader;
     let windows = windows::group(openings, tolerance, warnings)?;
     let (sensors, views) = assets::read(&model, scale, file, warnings)?;
     let groups: Vec<(String, usize)> = groups.into_iter().collect();
-    let changing: Vec<String> = groups.iter().filter(|(_, n)| *n > 1).map(|(name, n)| format!("'{name}' ({n} states)")).collect();
-    if !changing.is_empty() {
-        let told = format!("dynamic groups count in their first state: {}", changing.join(", "));
-        warnings.push(Error::new(told).file(file).help("for the other states give the windows their BSDFs in a project: [[window]] states = [\"a.xml\", \"b.xml\"]"));
-    }
+    told_groups(&groups, file, warnings);
     check_size(&scene, &model, file, warnings);
     if let Some(north) = model.number("north_angle")?.filter(|a| *a != 0.0) {
         let told = format!("the north angle of {north}° that this model of an old version has is not obeyed: +y is north");
         warnings.push(Error::new(told).file(file).field("north_angle").help("turn the model in Honeybee, or give north in [weather]"));
     }
     Ok(Model { scene, windows, sensors, views, groups })
+}
+
+/// Names the groups whose other states do not count.
+fn told_groups(groups: &[(String, usize)], file: &Path, warnings: &mut Warnings) {
+    let changing: Vec<String> = groups.iter().filter(|(_, n)| *n > 1).map(|(name, n)| format!("'{name}' ({n} states)")).collect();
+    if !changing.is_empty() {
+        let told = format!("dynamic groups count in their first state: {}", changing.join(", "));
+        let help = "for the other states give the windows their BSDFs in a project: [[window]] states = [\"a.xml\", \"b.xml\"]";
+        warnings.push(Error::new(told).file(file).help(help));
+    }
 }
 
 /// Whether this is a model, of a version that is known.

@@ -2,7 +2,7 @@
 
 use super::json::Node;
 use crate::bins::{AngleBasis, KlemsBasis};
-use crate::bsdf;
+use crate::bsdf::{self, Bsdf};
 use crate::error::{Error, Result, Warnings};
 use crate::scene::pane::REFRACTION_INDEX;
 use crate::scene::{MaterialKind, Pane, rad};
@@ -10,7 +10,7 @@ use glam::DVec3;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// What a modifier comes to.
@@ -24,6 +24,8 @@ pub(super) enum Kind {
         up: DVec3,
         /// Its basis, in rfluxmtx's words: `kf`, `kh` or `kq`.
         basis: &'static str,
+        /// Where they are.
+        data: PathBuf,
     },
 }
 
@@ -120,6 +122,7 @@ fn generic(name: &str) -> Option<MaterialKind> {
 
 /// All modifiers and modifier sets of a model.
 pub(super) struct Library<'a> {
+    file: &'a Path,
     modifiers: HashMap<&'a str, Node<'a>>,
     sets: HashMap<&'a str, Node<'a>>,
     /// Metres per unit of the model.
@@ -131,8 +134,8 @@ pub(super) struct Library<'a> {
 impl<'a> Library<'a> {
     /// # Errors
     /// Modifiers without identifier, lists that are none.
-    pub fn read(model: &Node<'a>, scale: f64) -> Result<Self> {
-        let mut library = Self { modifiers: HashMap::new(), sets: HashMap::new(), scale, made: RefCell::default() };
+    pub fn read(model: &Node<'a>, file: &'a Path, scale: f64) -> Result<Self> {
+        let mut library = Self { file, modifiers: HashMap::new(), sets: HashMap::new(), scale, made: RefCell::default() };
         let Some(radiance) = radiance(model)? else { return Ok(library) };
         let global = radiance.object("global_modifier_set")?.map(|g| g.list("modifiers")).transpose()?.unwrap_or_default();
         for modifier in global.into_iter().chain(radiance.list("modifiers")?) {
@@ -225,12 +228,9 @@ impl<'a> Library<'a> {
                 }
                 let mut heard = Warnings::new();
                 let data = bsdf::read_from(node.required_text("bsdf_data")?.as_bytes(), &mut heard);
-                let bins = data.and_then(|d| bsdf::transmission_matrix(&d)).map_err(|e| node.at(e))?.rows();
-                let named = KLEMS.into_iter().find(|(basis, _)| AngleBasis::from(*basis).len() == bins);
-                let (_, basis) = named.ok_or_else(|| {
-                    node.error(format!("its scattering data have {bins} directions, which is no Klems basis")).help("use Klems full, half or quarter")
-                })?;
-                Kind::Bsdf { up: node.vector("up_orientation")?.unwrap_or(DVec3::new(0.01, 0.01, 1.0)), basis }
+                let basis = data.and_then(|d| basis_of(&d)).map_err(|e| node.at(e))?;
+                let data = PathBuf::from(format!("{}#{}", self.file.display(), node.identifier()?));
+                Kind::Bsdf { up: node.vector("up_orientation")?.unwrap_or(DVec3::new(0.01, 0.01, 1.0)), basis, data }
             }
             _ => {
                 let mut text = String::new();
@@ -248,6 +248,18 @@ impl<'a> Library<'a> {
         let identifier = if node.get("identifier").is_some() { node.identifier()? } else { "void" };
         Ok(Modifier { identifier: identifier.to_string(), kind })
     }
+}
+
+/// The basis of scattering data, in rfluxmtx's words.
+///
+/// # Errors
+/// Data without visible transmission, or of other directions.
+pub(super) fn basis_of(data: &Bsdf) -> Result<&'static str> {
+    let bins = bsdf::transmission_matrix(data)?.rows();
+    let named = KLEMS.into_iter().find(|(basis, _)| AngleBasis::from(*basis).len() == bins);
+    named.map(|(_, word)| word).ok_or_else(|| {
+        Error::new(format!("the scattering data have {bins} directions, which is no Klems basis")).help("use Klems full, half or quarter")
+    })
 }
 
 /// The radiance properties of an object.

@@ -76,9 +76,9 @@ fn areas_counts_and_sensors_are_those_that_honeybee_radiance_writes() {
     }
     let grids: Vec<(&str, usize)> = model.sensors.iter().map(|g| (g.name.as_str(), g.sensors.len())).collect();
     assert_eq!(grids, [("Workplane", 24), ("Corridor", 8)]);
-    // `grid/Workplane.pts` begins `0.5 0.5 0.8 0.0 0.0 1.0`.
+    // `grid/Workplane.pts` begins `0.5 5.5 0.8 0.0 0.0 1.0`.
     let first = model.sensors[0].sensors[0];
-    assert!((first.position - DVec3::new(0.5, 0.5, 0.8)).length() < 1e-12 && first.direction == DVec3::Z, "{first:?}");
+    assert!((first.position - DVec3::new(0.5, 5.5, 0.8)).length() < 1e-12 && first.direction == DVec3::Z, "{first:?}");
     // `view/desk.vf` has these words.
     assert_eq!(model.views[0].options, "-vth -vp 2 5 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180");
     assert_eq!(model.groups, [("facade".to_string(), 2)]);
@@ -108,7 +108,7 @@ fn materials_are_those_that_honeybee_radiance_writes() {
     assert_eq!(*glazing("south"), pane([0.8, 0.82, 0.79]));
     assert_eq!(*glazing("facade"), pane([0.65; 3]));
     assert_eq!(*glazing("terrace"), pane([0.6975761815384331; 3]));
-    assert_eq!(*glazing("west_blind"), ModelGlazing::Bsdf("blind".into()));
+    assert_eq!(*glazing("west_blind"), ModelGlazing::Bsdf(format!("{}#blind", room().display()).into()));
 }
 
 #[test]

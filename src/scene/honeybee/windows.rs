@@ -8,6 +8,7 @@ use crate::scene::windows::WindowBuilder;
 use crate::scene::{Pane, SurfaceOrigin, Window};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
 use std::rc::Rc;
 
 /// An aperture or glass door to the outside, its front outside.
@@ -24,8 +25,8 @@ pub(super) struct Opening {
 pub enum ModelGlazing {
     /// A clear pane.
     Glass(Pane),
-    /// Scattering data that the model holds, by the name of their modifier.
-    Bsdf(String),
+    /// Scattering data: a file, or `model.hbjson#modifier` of those that the model holds.
+    Bsdf(PathBuf),
 }
 
 /// A window of a model.
@@ -81,12 +82,13 @@ fn window(group: Vec<Opening>, taken: &mut HashSet<String>, warnings: &mut Warni
         (None, _) => orientation(first.face.normal()).to_string(),
     };
     let name = unique(&wanted, taken);
-    let glazing = match (first.modifier.glass(), &first.modifier.kind) {
-        (Some(pane), _) => ModelGlazing::Glass(pane),
-        (None, _) => ModelGlazing::Bsdf(first.modifier.identifier.clone()),
+    let glazing = match &first.modifier.kind {
+        Kind::Bsdf { data, .. } => ModelGlazing::Bsdf(data.clone()),
+        // Openings are glass or scattering data.
+        Kind::Material(kind) => Pane::of_material(kind).map(ModelGlazing::Glass).ok_or_else(|| Error::new("a window is of glass"))?,
     };
     let mut builder = WindowBuilder::new(name, first.origin.clone());
-    if let Kind::Bsdf { up, basis } = first.modifier.kind {
+    if let Kind::Bsdf { up, basis, .. } = first.modifier.kind {
         builder.parameters(&format!("h={basis} u={},{},{}", up.x, up.y, up.z))?;
     }
     for opening in &group {

@@ -110,6 +110,8 @@ pub(super) fn own_material(project: &Project, section: &WindowSection, window: &
             };
         }
         scene::Format::Gltf => return None,
+        // Its material is one of the .rad files.
+        scene::Format::Obj => {}
     }
     let is_radiance = |f: &&PathBuf| scene::Format::of(f) == scene::Format::Radiance;
     let mut files: Vec<PathBuf> = project.scene.files.iter().filter(is_radiance).map(relative).collect();

@@ -64,7 +64,7 @@ impl NamedModel {
             surface: self.part(&window.window.name),
             filling: match &window.glazing {
                 ModelGlazing::Glass(_) => Filling::SceneGlass,
-                ModelGlazing::Bsdf(modifier) => Filling::Bsdf(self.part(modifier)),
+                ModelGlazing::Bsdf(data) => Filling::Bsdf(data.clone()),
             },
             place: self.place.clone(),
             shade: None,

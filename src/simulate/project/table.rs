@@ -5,7 +5,7 @@ pub(super) use super::document::{Document, Place};
 use super::spelling::nearest;
 use crate::error::{Error, Result};
 use crate::image::series::Pattern;
-use crate::scene::split_part;
+use crate::scene::{Format, split_part};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
@@ -145,7 +145,8 @@ impl<'d, 'a> Table<'d, 'a> {
         let path = folder.join(text);
         // Of `room.hbjson#south` the file has to be there.
         match std::fs::metadata(split_part(&path).0) {
-            Ok(m) if m.is_dir() => Err(self.error(key, format!("'{text}' is a folder, not a file"))),
+            // A model may be the folder that Honeybee writes for Radiance.
+            Ok(m) if m.is_dir() && Format::of(&split_part(&path).0) != Format::Honeybee => Err(self.error(key, format!("'{text}' is a folder, not a file"))),
             Ok(_) => Ok(path),
             Err(e) => {
                 let wanted = path.display();
