@@ -1,4 +1,6 @@
-"""Writes room.hbjson beside this file: python3 make_room.py (pip install honeybee-radiance, 1.66).
+"""Writes room.hbjson beside this file, and model/, the same as honeybee-radiance writes it for Radiance:
+
+    python3 make_room.py        # pip install honeybee-radiance==1.66.299
 
 An office of 4 m x 6 m x 2.8 m that looks south, and behind it a corridor of 4 m x 2 m. In it is about
 everything that a Honeybee model can hold: own modifiers, a modifier set, generic modifiers; a wall between
@@ -22,6 +24,7 @@ from honeybee_radiance.modifier.material import BSDF, Glass, Metal, Mirror, Plas
 from honeybee_radiance.modifierset import ModifierSet
 from honeybee_radiance.sensorgrid import SensorGrid
 from honeybee_radiance.view import View
+from honeybee_radiance.writer import model_to_rad_folder
 from ladybug_geometry.geometry3d.face import Face3D
 from ladybug_geometry.geometry3d.mesh import Mesh3D
 from ladybug_geometry.geometry3d.pointvector import Point3D, Vector3D
@@ -124,3 +127,4 @@ model = Model('Two_Rooms', [office, corridor], orphaned_shades=[house, awning], 
 model.properties.radiance.add_sensor_grids([grid, corridor.properties.radiance.generate_sensor_grid(1, 1, 0.8)])
 model.properties.radiance.add_view(view)
 model.to_hbjson('room', HERE, indent=None)
+model_to_rad_folder(model, HERE, minimal=True)

@@ -370,3 +370,38 @@ fn too_many_apertures_are_refused_before_they_cost_hours() {
     let message = model.unwrap_err().to_string();
     assert!(message.contains("'Office_Back'") && message.contains("more than 8192 apertures and doors"), "{message}");
 }
+
+#[test]
+fn the_folder_that_honeybee_radiance_writes_holds_the_same_as_its_model() {
+    let mut warnings = Warnings::new();
+    let folder = read(&room().with_file_name("model"), &mut warnings).unwrap();
+    let model = read(&room(), &mut Warnings::new()).unwrap();
+    let (found, expected) = (areas(&folder), areas(&model));
+    assert!(found.keys().eq(expected.keys()), "{found:?}");
+    for (name, (_, area)) in &found {
+        assert!((area - expected[name].1).abs() < 1e-6, "{name}: {area} {:?}", expected[name]);
+    }
+    let windows = |m: &Model| {
+        let mut all: Vec<_> = m.windows.iter().map(|w| (w.window.name.clone(), w.apertures.clone(), w.window.frame.z.to_array().map(f64::round))).collect();
+        all.sort_by(|a, b| a.0.cmp(&b.0));
+        all
+    };
+    assert_eq!(windows(&folder), windows(&model));
+    let grid = |m: &Model, name: &str| m.sensors.iter().find(|g| g.name == name).unwrap().sensors.clone();
+    for name in ["Workplane", "Corridor"] {
+        for (a, b) in grid(&folder, name).iter().zip(grid(&model, name)) {
+            assert!((a.position - b.position).length() < 1e-9 && a.direction == b.direction);
+        }
+    }
+    assert!(folder.views[0].name == "desk" && folder.views[0].options.starts_with("-vth -vp 2.0 5.0 1.2"), "{}", folder.views[0].options);
+    assert_eq!(folder.groups, model.groups);
+    let blind = folder.windows.iter().find(|w| w.window.name == "west_blind").unwrap();
+    assert!(matches!(&blind.glazing, ModelGlazing::Bsdf(file) if file.ends_with("bsdf/blind.xml")) && blind.window.basis.len() == 41);
+    let texts: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert!(texts.len() == 1 && texts[0].contains("'facade' (2 states)"), "{texts:?}");
+    // An empty one.
+    let empty = tempfile::tempdir().unwrap();
+    std::fs::create_dir(empty.path().join("scene")).unwrap();
+    let message = read(empty.path(), &mut Warnings::new()).unwrap_err().to_string();
+    assert!(message.contains("nothing in scene/ and aperture/") && message.contains("help:"), "{message}");
+}
