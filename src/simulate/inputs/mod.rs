@@ -4,6 +4,7 @@ pub(crate) mod filling;
 pub(crate) mod glazing;
 pub(crate) mod import;
 pub mod mirrors;
+mod models;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
@@ -113,6 +114,7 @@ impl Inputs {
         }
         let seem_dark = reach::seem_dark(&scene, if direct { reach::Light::Sky } else { reach::Light::Windows(&plain) }, &sensors);
         reach::warn(&sensors, &seem_dark, direct, warnings);
+        models::warn(project, warnings)?;
         let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing };
         inputs.check_suns(project, warnings)?;
         inputs.check_peaks(project, warnings);

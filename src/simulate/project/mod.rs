@@ -4,7 +4,7 @@
 //! [weather]
 //! file = "weather/NYC.wea"            # or .epw
 //! [scene]
-//! files = ["materials.rad", "room.rad"]
+//! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
 //! [[window]]                          # any number
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
@@ -50,6 +50,8 @@ mod document;
 pub mod given;
 pub mod glare;
 pub mod method;
+mod model;
+mod of_model;
 pub mod quality;
 mod sections;
 mod spelling;
@@ -61,6 +63,7 @@ pub use self::document::Place;
 use self::document::Places;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
+use self::model::NamedModel;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
 pub(crate) use self::sections::{Filling, SceneSection, SensorsSection, WeatherSection, WindowSection};
@@ -124,15 +127,27 @@ impl Project {
         let entries = document.parse()?;
         let mut top = Table::top(&document, &entries);
         let weather = WeatherSection::read(top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?)?;
-        let scene = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
-        let windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
-        let sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
+        let (scene, model) = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
+        let mut windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
+        let mut sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
         let mut views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
         for table in top.tables("views")? {
             views.extend(read_grid(table)?);
         }
         let glare = GlareSection::read(top.table("glare")?)?;
         let images = ImagesSection::read(top.table("images")?)?;
+        if let (Some(place), Some(file)) = (model, scene.files.last()) {
+            let model = NamedModel::read(file, place)?;
+            if windows.is_empty() {
+                windows = model.windows()?;
+            }
+            if sensors.is_empty() && views.is_empty() {
+                sensors = model.sensors();
+            }
+            if views.is_empty() && (sensors.is_empty() || glare.is_some() || images.hours != ImageHours::None) {
+                views = model.views()?;
+            }
+        }
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
         if windows.is_empty() && !views.is_empty() {
