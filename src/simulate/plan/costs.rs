@@ -26,7 +26,7 @@ const DAYLIGHT_SEGMENTS: f64 = 2.2;
 /// Rays counted for each of the light paths of V.
 const LIGHT_PATH_SEGMENTS: f64 = 1.5;
 /// Rays of C for each vertex of a path: to a window, and outside if it gets there.
-const COEFFICIENT_SEGMENTS: f64 = 1.6;
+const COEFFICIENT_SEGMENTS: f64 = 1.2;
 /// Rays of V for each path that looks for near surfaces and mirrors.
 const NEAR_SEGMENTS: f64 = 1.2;
 /// Rays to a sun, as counted behind slats: for each point on its disc asked for, and for each path.
@@ -206,7 +206,8 @@ fn view_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
 fn coefficient_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
     let o = coefficient_options(project, 0);
     let lives = Lives::new(inputs, o.bounces, o.roulette_weight);
-    let vertices = (1.0 / (1.0 - lives.kept)).min(lives.most() + 1.0);
+    // Until roulette ends it.
+    let vertices = (lives.certain() + 1.0 / (1.0 - lives.kept)).min(lives.most() + 1.0);
     let windows = if inputs.windows.is_empty() { 0.0 } else { 1.0 };
     let ahead = f64::from(o.direct_samples) * (1.0 + DAYLIGHT_SEGMENTS) * windows;
     let paths = f64::from(o.near_samples) * (1.0 + vertices * (1.0 + COEFFICIENT_SEGMENTS * windows));
@@ -291,8 +292,10 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
     let o = sun_options(project);
     let pairs = (sensors * suns) as f64;
     let mut rays = 0.0;
-    if inputs.windows.iter().any(|w| w.shade.is_some()) {
-        rays += pairs * f64::from(o.batches) * SENSOR_TO_SUN.rays(o.disc_samples, o.paths);
+    if inputs.windows.iter().any(|w| w.shade.is_some()) || inputs.choice(project).direct {
+        // Panes alone scatter nothing.
+        let scatters = inputs.windows.iter().any(|w| w.shade.is_some() && w.glass.is_none());
+        rays += pairs * f64::from(o.batches) * SENSOR_TO_SUN.rays(o.disc_samples, if scatters { o.paths } else { 0 });
     }
     if inputs.windows.iter().any(|w| w.pane.is_some()) {
         let p = pane_options(project);

@@ -5,7 +5,7 @@
 //! file = "weather/NYC.wea"            # or .epw
 //! [scene]
 //! files = ["materials.rad", "room.rad"]
-//! [[window]]                          # any number
+//! [[window]]                          # any number; without one sensors see the sky by what the scene leaves free
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
 //! glass = 0.65                        # a clear pane; "scene": as in the scene files; or one of these:
@@ -38,6 +38,8 @@
 //! # target_error = 0.02               # or: until the standard error is 2 %
 //! # time_limit = "5 min"              # or: as long as that
 //! seed = 1
+//! [output]
+//! quantity = "illuminance"             # or "irradiance": solar, W/m²
 //! ```
 //!
 //! Paths are relative to the file. Of the files that it names only the points of `[[views]]` are read here.
@@ -50,6 +52,7 @@ mod document;
 pub mod given;
 pub mod glare;
 pub mod method;
+pub mod output;
 pub mod quality;
 mod sections;
 mod spelling;
@@ -61,6 +64,7 @@ pub use self::document::Place;
 use self::document::Places;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
+pub use self::output::{OutputSection, Quantity};
 pub use self::quality::{Preset, QualitySection};
 pub use self::sections::{Filling, SceneSection, SensorsSection, WeatherSection, WindowSection};
 use self::table::{Document, Table};
@@ -93,6 +97,8 @@ pub struct Project {
     pub method: MethodSection,
     /// `[quality]`
     pub quality: QualitySection,
+    /// `[output]`
+    pub output: OutputSection,
     /// Where its sections stand, for faults that show when its files are read.
     pub(crate) places: Places,
 }
@@ -125,6 +131,9 @@ impl Project {
         let weather = WeatherSection::read(top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?)?;
         let scene = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
         let windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
+        if windows.is_empty() {
+            top.refuse_slips("window")?;
+        }
         let sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
         let mut views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
         for table in top.tables("views")? {
@@ -134,10 +143,11 @@ impl Project {
         let images = ImagesSection::read(top.table("images")?)?;
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
-        if windows.is_empty() && !views.is_empty() {
+        let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
+        if windows.is_empty() && (!views.is_empty() || sensors.iter().any(|s| s.view.is_some() || s.sun.is_some())) {
             return Err(top.missing_section(
                 "window",
-                "pictures and glare need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
+                "pictures, glare and matrices V need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
             ));
         }
         if sensors.is_empty() && views.is_empty() {
@@ -162,7 +172,7 @@ impl Project {
         let places = Places { window, sensors: sensor, view, images: image };
         top.finish()?;
         let file = file.to_path_buf();
-        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, places };
+        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, places };
         project.states_match()?;
         Ok(project)
     }

@@ -5,6 +5,7 @@ use crate::kernels::product::{Arrangement, Multiplier};
 use crate::matrix::Matrix;
 use crate::matrix::file::{Format, write_matrix};
 use crate::simulate::inputs::SensorGroup;
+use crate::simulate::project::Quantity;
 use crate::simulate::store::{Store, software};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use crate::weather::Record;
@@ -73,14 +74,16 @@ pub(crate) fn write_illuminance(
     records: &[Record],
     lux: &Matrix<f32>,
     content: Content,
+    quantity: Quantity,
 ) -> Result<()> {
+    let what = quantity.name();
     let (name, about) = match content {
-        Content::Illuminance => (group.name.clone(), "illuminance"),
-        Content::StandardError => (format!("{}_standard_error", group.name), "standard error of the illuminance"),
+        Content::Illuminance => (group.name.clone(), what.to_string()),
+        Content::StandardError => (format!("{}_standard_error", group.name), format!("standard error of the {what}")),
     };
-    let header = [software(), format!("CONTENT={about} of {} in lux, rows sensors, columns time steps", group.name)];
-    write_matrix(Some(&store.illuminance_path(&name, "mtx")), lux, Format::Float, &header)?;
-    let path = store.illuminance_path(&name, "csv");
+    let header = [software(), format!("CONTENT={about} of {} in {}, rows sensors, columns time steps", group.name, quantity.unit())];
+    write_matrix(Some(&store.results_path(&name, "mtx")), lux, Format::Float, &header)?;
+    let path = store.results_path(&name, "csv");
     crate::files::write_atomically(&path, |out| {
         let fault = |e: std::io::Error| Error::io(&path, &e);
         let labels: Vec<String> = group

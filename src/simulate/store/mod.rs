@@ -9,14 +9,17 @@ use crate::error::{Error, Result};
 use crate::matrix::Matrix;
 use crate::matrix::file::{Format, MatrixFile, read_matrix, write_matrix};
 use crate::matrix::rows::MatrixRows;
+use crate::simulate::project::Quantity;
 use std::path::{Path, PathBuf};
 
 /// Header key under which a matrix file keeps its [`Fingerprint`].
 pub(crate) const INPUTS: &str = "LUCARNE_INPUTS";
 
-/// An output folder: `matrices/` and `illuminance/`.
+/// An output folder: `matrices/`, and `illuminance/` or `irradiance/`.
 pub struct Store {
     folder: PathBuf,
+    /// Name of the folder of the sensors' results.
+    results: &'static str,
     /// Other output folders, whose matrices may be taken over.
     others: Vec<PathBuf>,
 }
@@ -28,7 +31,15 @@ impl Store {
     /// # Errors
     /// If a folder cannot be made or written to.
     pub fn open(folder: &Path) -> Result<Self> {
-        for sub in ["matrices", "illuminance"] {
+        Self::of(folder, Quantity::Illuminance)
+    }
+
+    /// The same for results of a quantity, which have a folder of their own.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn of(folder: &Path, quantity: Quantity) -> Result<Self> {
+        for sub in ["matrices", quantity.name()] {
             let path = folder.join(sub);
             let named = |e: std::io::Error| {
                 Error::io(&path, &e).field("output folder").help("choose a folder that can be made and written to with -o")
@@ -38,7 +49,7 @@ impl Store {
             std::fs::write(&probe, b"").map_err(named)?;
             std::fs::remove_file(&probe).map_err(named)?;
         }
-        Ok(Self { folder: folder.to_path_buf(), others: Vec::new() })
+        Ok(Self { folder: folder.to_path_buf(), others: Vec::new(), results: quantity.name() })
     }
 
     /// The same folder, beside others whose files are taken over where they fit.
@@ -79,9 +90,9 @@ impl Store {
         Self::matrix_in(&self.folder, name)
     }
 
-    /// Path of an illuminance file, `.mtx` or `.csv`.
-    pub fn illuminance_path(&self, sensors: &str, extension: &str) -> PathBuf {
-        self.folder.join("illuminance").join(format!("{sensors}.{extension}"))
+    /// Path of a file of illuminance (or irradiance), `.mtx` or `.csv`.
+    pub fn results_path(&self, sensors: &str, extension: &str) -> PathBuf {
+        self.folder.join(self.results).join(format!("{sensors}.{extension}"))
     }
 
     /// Path of one term of an illuminance, in a folder made if need be.
@@ -89,7 +100,7 @@ impl Store {
     /// # Errors
     /// If it cannot be made.
     pub fn term_path(&self, sensors: &str, term: &str) -> Result<PathBuf> {
-        let folder = self.folder.join("illuminance").join("terms");
+        let folder = self.folder.join(self.results).join("terms");
         std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
         Ok(folder.join(format!("{sensors}_{term}.mtx")))
     }
