@@ -35,18 +35,18 @@ impl Frame {
     ///
     /// # Errors
     /// If the normal is zero or not finite.
-    pub fn with_default_up(normal: DVec3) -> Result<Self> {
+    pub(crate) fn with_default_up(normal: DVec3) -> Result<Self> {
         let n = normal.try_normalize().ok_or_else(|| Error::new("the normal has no direction"))?;
         Self::new(n, if n.z.abs() >= 0.7 { DVec3::Y } else { DVec3::Z })
     }
 
     /// World direction to local coordinates.
-    pub fn to_local(&self, world: DVec3) -> DVec3 {
+    pub(crate) fn to_local(&self, world: DVec3) -> DVec3 {
         DVec3::new(world.dot(self.x), world.dot(self.y), world.dot(self.z))
     }
 
     /// Local direction to world coordinates.
-    pub fn to_world(&self, local: DVec3) -> DVec3 {
+    pub(crate) fn to_world(&self, local: DVec3) -> DVec3 {
         self.x * local.x + self.y * local.y + self.z * local.z
     }
 }

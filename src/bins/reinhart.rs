@@ -45,7 +45,7 @@ impl ReinhartSky {
     }
 
     /// Height of a row, radians. The zenith cap has half of it as its opening half-angle.
-    pub fn row_height(&self) -> f64 {
+    pub(crate) fn row_height(&self) -> f64 {
         FRAC_PI_2 / (7.0 * self.subdivision as f64 + 0.5)
     }
 

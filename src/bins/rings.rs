@@ -80,7 +80,7 @@ impl AngleBasis {
     ///
     /// # Errors
     /// If the limits do not ascend from 0 to 90° or a ring has no bins.
-    pub fn from_rings(name: &str, limits: &[f64], counts: &[usize]) -> Result<Self> {
+    pub(crate) fn from_rings(name: &str, limits: &[f64], counts: &[usize]) -> Result<Self> {
         let ascending = limits.windows(2).all(|w| w[0] < w[1]);
         let spans = limits.first().is_some_and(|l| l.abs() < 1e-6) && limits.last().is_some_and(|l| (l - 90.0).abs() < 1e-6);
         if counts.is_empty() || limits.len() != counts.len() + 1 || !ascending || !spans || counts.contains(&0) {
@@ -99,7 +99,7 @@ impl AngleBasis {
     }
 
     /// The named basis this text means, ignoring case and the spaces or underscores between words.
-    pub fn by_name(name: &str) -> Option<Self> {
+    pub(crate) fn by_name(name: &str) -> Option<Self> {
         let plain = |s: &str| s.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect::<String>();
         KlemsBasis::ALL.into_iter().find(|b| plain(b.xml_name()) == plain(name)).map(Self::from)
     }

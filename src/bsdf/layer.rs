@@ -8,7 +8,7 @@
 //! reflection multiply without any renumbering.
 //!
 //! Layers select wavelengths, so the calculation is done wavelength by wavelength and averaged
-//! afterwards ([`spectrum`](super::spectrum)): at the wavelengths of measured panes; or, where all
+//! afterwards ([`spectrum`]): at the wavelengths of measured panes; or, where all
 //! layers have two bands only, for visible and for other light.
 
 mod operator;

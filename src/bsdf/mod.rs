@@ -41,11 +41,14 @@ mod tree;
 mod write;
 
 pub use klems::KlemsMatrix;
-pub use read::{read, read_from};
+pub use read::read;
+pub use read::read_from;
 pub use transmission::{TransmissionSource, transmission_matrix, transmission_source};
+pub use tree::Cell;
 pub(crate) use tree::PACKED_BRANCH;
-pub use tree::{Cell, TensorTree};
-pub use write::{write, write_to};
+pub use tree::TensorTree;
+pub use write::write;
+pub use write::write_to;
 
 use crate::bins::AngleBasis;
 use glam::DVec3;

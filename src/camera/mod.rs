@@ -8,8 +8,9 @@
 mod parse;
 mod raster;
 
+pub use raster::Raster;
 pub(crate) use raster::triangle_solid_angle;
-pub use raster::{MAX_SIDE, PixelSamples, Raster};
+pub(crate) use raster::{MAX_SIDE, PixelSamples};
 
 use crate::error::{Error, Result};
 use glam::{DVec2, DVec3};
@@ -62,7 +63,7 @@ impl Projection {
     }
 
     /// Whether it is one of the three fisheyes.
-    pub const fn is_fisheye(self) -> bool {
+    pub(crate) const fn is_fisheye(self) -> bool {
         matches!(self, Self::Hemispherical | Self::Angular | Self::Planispheric)
     }
 }
@@ -270,7 +271,7 @@ impl Camera {
     /// 0…1. `None` where the projection shows nothing: behind a perspective or hemispherical view,
     /// the poles of a cylinder, the antipode of a fisheye, and always for parallel views (see
     /// [`Self::locate_point`]).
-    pub fn locate(&self, direction: DVec3) -> Option<DVec2> {
+    pub(crate) fn locate(&self, direction: DVec3) -> Option<DVec2> {
         if self.view.projection == Projection::Parallel {
             return None;
         }
@@ -318,7 +319,7 @@ impl Camera {
         Some(self.position(plane))
     }
 
-    /// Image position of a point in the scene, as [`Self::locate`]; parallel views see every point.
+    /// Image position of a point in the scene, as `Self::locate`; parallel views see every point.
     pub fn locate_point(&self, point: DVec3) -> Option<DVec2> {
         let from_here = point - self.view.point;
         if self.view.projection == Projection::Parallel {
@@ -333,7 +334,7 @@ impl Camera {
 
     /// Solid angle per unit of image area at an image position, sr: the whole picture has area 1.
     /// 0 outside the projection and for parallel views.
-    pub fn solid_angle_density(&self, x: f64, y: f64) -> f64 {
+    pub(crate) fn solid_angle_density(&self, x: f64, y: f64) -> f64 {
         let plane = DVec2::new(x - 0.5 + self.view.shift, y - 0.5 + self.view.lift) * self.size;
         let squared = plane.length_squared();
         // Solid angle per area of the projection's own plane.

@@ -63,7 +63,7 @@ impl View {
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn from_lines(text: &str) -> Result<Self> {
+    pub(crate) fn from_lines(text: &str) -> Result<Self> {
         let mut view = Self::default();
         let mut options = 0;
         for (number, line) in text.lines().enumerate() {
@@ -87,7 +87,7 @@ impl View {
     /// Radiance, an indented line tells of a picture that this one was made from and does not count,
     /// and words that are no view options (`-x 96`, `-ld-`, `-vf file`) are skipped. Values are not
     /// checked: [`Self::parse`] refuses an option without its numbers.
-    pub fn options_in_header(line: &str) -> Vec<String> {
+    pub(crate) fn options_in_header(line: &str) -> Vec<String> {
         if !states_view(line, &[]) {
             return Vec::new();
         }

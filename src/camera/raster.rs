@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use glam::{DVec2, DVec3};
 
 /// Largest number of pixels along one side.
-pub const MAX_SIDE: usize = 1 << 16;
+pub(crate) const MAX_SIDE: usize = 1 << 16;
 
 /// The pixels of a picture: column 0 on the left, row 0 on **top**, as in
 /// [`crate::image::Picture`].
@@ -133,7 +133,7 @@ impl Raster {
     }
 
     /// Solid angle of a pixel from the projection's density at its centre, sr.
-    pub fn plain_solid_angle(&self, column: usize, row: usize) -> f64 {
+    pub(crate) fn plain_solid_angle(&self, column: usize, row: usize) -> f64 {
         let position = self.position(column as f64 + 0.5, row as f64 + 0.5);
         self.camera.solid_angle_density(position.x, position.y) / self.len() as f64
     }
@@ -171,7 +171,7 @@ pub(crate) fn triangle_solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 /// centre: deterministic and evenly spread (the first two dimensions of Sobol's sequence, a
 /// (0, 2)-sequence in base 2, with its digits scrambled by a hash of the pixel).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PixelSamples {
+pub(crate) struct PixelSamples {
     count: usize,
     jitter: f64,
     seed: u64,
@@ -191,11 +191,6 @@ impl PixelSamples {
             return Err(Error::new(format!("a pixel jitter of {jitter} is not between 0 and 1")).field("-pj"));
         }
         Ok(Self { count, jitter, seed })
-    }
-
-    /// Samples per pixel.
-    pub fn count(&self) -> usize {
-        self.count
     }
 
     /// Offset of a sample, to the right and upwards, within ±jitter/2.

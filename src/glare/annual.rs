@@ -50,7 +50,7 @@ impl GlareClass {
 
 /// Protection from glare by EN 17037, annex E: the DGP that no more than 5 % of the occupied hours exceed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum GlareProtection {
+pub(crate) enum GlareProtection {
     /// More than 0.45.
     None,
     /// Up to 0.45.
@@ -85,7 +85,7 @@ impl GlareProtection {
 
 /// Annual glare of one view over its occupied hours.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AnnualGlare {
+pub(crate) struct AnnualGlare {
     /// Occupied hours.
     pub hours: f64,
     /// Hours in each [`GlareClass`], from imperceptible to intolerable.

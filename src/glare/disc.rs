@@ -39,12 +39,12 @@ impl Disc {
 
     /// The disc if one standard error more of it were seen.
     #[must_use]
-    pub fn with_more_seen(self) -> Self {
+    pub(crate) fn with_more_seen(self) -> Self {
         Self { solid_angle: self.solid_angle * (1.0 + self.error), ..self }
     }
 
     /// Whether it is a source for an eye: before it, in the field of view, and brighter than the threshold.
-    pub fn is_source(&self, frame: &ViewFrame, threshold: f64, settings: &Settings) -> bool {
+    pub(crate) fn is_source(&self, frame: &ViewFrame, threshold: f64, settings: &Settings) -> bool {
         self.luminance > threshold && dot(self.direction, frame.forward) > 0.0 && settings.field_of_view.contains(frame, self.direction)
     }
 
@@ -87,7 +87,7 @@ const MUCH: f64 = 0.01;
 
 impl Analyser {
     /// Adds the light of discs to the sums of a picture without them.
-    pub fn add_discs(&self, discs: &[Disc], totals: &mut Totals, task_luminance: &mut Option<f64>) {
+    pub(crate) fn add_discs(&self, discs: &[Disc], totals: &mut Totals, task_luminance: &mut Option<f64>) {
         let frame = &self.geometry.frame;
         for disc in discs.iter().filter(|d| dot(d.direction, frame.forward) > 0.0) {
             totals.vertical_illuminance += disc.illuminance(frame);

@@ -39,7 +39,7 @@ impl ViewFrame {
     }
 
     /// The same axes with an up vector across the view direction.
-    pub fn squared(self) -> Self {
+    pub(crate) fn squared(self) -> Self {
         Self { up_length: 1.0, ..self }
     }
 }
@@ -138,7 +138,7 @@ impl PixelGeometry {
     ///
     /// # Errors
     /// If the numbers do not fit the size, are not finite, or no pixel lies inside the view.
-    pub fn from_pixels(width: usize, height: usize, frame: ViewFrame, pixels: Vec<([f64; 3], f64)>) -> Result<Self> {
+    pub(crate) fn from_pixels(width: usize, height: usize, frame: ViewFrame, pixels: Vec<([f64; 3], f64)>) -> Result<Self> {
         let (directions, mut solid_angles): (Vec<_>, Vec<_>) = pixels.into_iter().unzip();
         if width == 0 || height == 0 || width.checked_mul(height) != Some(directions.len()) {
             return Err(Error::new(format!("{} pixels do not fill a view of {width} × {height}", directions.len())));
@@ -176,7 +176,7 @@ impl PixelGeometry {
     }
 
     /// Solid angle of the view, sr.
-    pub fn total_solid_angle(&self) -> f64 {
+    pub(crate) fn total_solid_angle(&self) -> f64 {
         self.total_solid_angle
     }
 
@@ -216,7 +216,7 @@ impl PixelGeometry {
     }
 
     /// Mean luminance of some pixels, weighted by solid angle; 0 for none.
-    pub fn mean_luminance(&self, luminance: &[f32], pixels: &[u32]) -> f64 {
+    pub(crate) fn mean_luminance(&self, luminance: &[f32], pixels: &[u32]) -> f64 {
         let (sum, solid_angle) = pixels.iter().fold((0.0, 0.0), |(sum, total), &i| {
             let w = self.solid_angles[i as usize];
             (sum + f64::from(luminance[i as usize]) * w, total + w)
@@ -226,7 +226,7 @@ impl PixelGeometry {
 
     /// Angle between neighbouring pixels near the middle of the view, rad: the larger of the pitches
     /// along rows and columns.
-    pub fn pixel_pitch(&self) -> f64 {
+    pub(crate) fn pixel_pitch(&self) -> f64 {
         let (x, y) = (self.width / 2, self.height / 2);
         let middle = y * self.width + x;
         let neighbours = [(x > 0).then(|| middle - 1), (y > 0).then(|| middle - self.width)];

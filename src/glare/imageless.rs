@@ -51,7 +51,7 @@ impl PatchSources {
     ///
     /// # Panics
     /// If the number of luminances is not that of the patches.
-    pub(crate) fn count(&self, luminance: &[f64], threshold: f64) -> usize {
+    pub fn count(&self, luminance: &[f64], threshold: f64) -> usize {
         self.sources(luminance, threshold).count()
     }
 

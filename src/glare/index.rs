@@ -31,17 +31,17 @@ impl DgpModel {
 
     /// The sum of the contrast term, Σ Lˢ^a1 ω^a2 / P^a4, from (luminance cd/m², solid angle sr,
     /// position index) of each source.
-    pub fn contrast_sum(&self, sources: impl IntoIterator<Item = (f64, f64, f64)>) -> f64 {
+    pub(crate) fn contrast_sum(&self, sources: impl IntoIterator<Item = (f64, f64, f64)>) -> f64 {
         sources.into_iter().map(|source| self.contrast_of(source)).sum()
     }
 
-    /// One source's part of [`Self::contrast_sum`].
+    /// One source's part of `Self::contrast_sum`.
     pub fn contrast_of(&self, (luminance, solid_angle, position_index): (f64, f64, f64)) -> f64 {
         let [a1, a2, _, a4, _] = self.exponents;
         power(luminance, a1) * power(solid_angle, a2) / power(position_index, a4)
     }
 
-    /// DGP from the vertical illuminance (lx) and [`Self::contrast_sum`].
+    /// DGP from the vertical illuminance (lx) and `Self::contrast_sum`.
     ///
     /// Without light at the eye DGP is that of no source; should there be sources all the same
     /// (the illuminance was given from outside), it is 1.
@@ -67,7 +67,7 @@ impl DgpModel {
 
     /// Change of DGP per lx and per unit of the contrast sum; 0 where DGP is cut to 1. Not finite
     /// without light at the eye.
-    pub fn slopes(&self, vertical_illuminance: f64, contrast_sum: f64) -> [f64; 2] {
+    pub(crate) fn slopes(&self, vertical_illuminance: f64, contrast_sum: f64) -> [f64; 2] {
         if self.dgp(vertical_illuminance, contrast_sum) >= 1.0 {
             return [0.0; 2];
         }
@@ -113,7 +113,7 @@ fn power(x: f64, a: f64) -> f64 {
 }
 
 /// Wienold's correction for dim scenes: e^x/(1 + e^x), x = 0.024 Ev − 4; 1 from 1000 lx.
-pub fn low_light_factor(vertical_illuminance: f64) -> f64 {
+pub(crate) fn low_light_factor(vertical_illuminance: f64) -> f64 {
     if vertical_illuminance >= 1000.0 {
         return 1.0;
     }

@@ -34,10 +34,14 @@ use std::sync::Arc;
 pub use annual::{CLASS_LIMITS, GlareClass};
 pub use detect::{TaskArea, Threshold};
 pub use disc::Disc;
-pub use geometry::{PixelGeometry, Totals, ViewFrame};
-pub use index::{Background, DgpModel, Indices, UNDEFINED};
+pub use geometry::PixelGeometry;
+pub(crate) use geometry::{Totals, ViewFrame};
+pub(crate) use index::Indices;
+pub use index::UNDEFINED;
+pub use index::{Background, DgpModel};
 pub use position::{FieldOfView, PositionIndex};
-pub use sources::{Neighbourhood, Source};
+pub(crate) use sources::Neighbourhood;
+pub use sources::Source;
 
 /// What to look for in a picture and how to judge it. The default is evalglare's.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,7 +136,7 @@ pub struct Glare {
 /// Pixels of a picture that are brighter than the threshold.
 #[derive(Debug, Clone, Copy)]
 pub struct GlarePixels<'a> {
-    /// Numbers, ascending, of pixels in which sources are looked for ([`Analyser::searched`]).
+    /// Numbers, ascending, of pixels in which sources are looked for (`Analyser::searched`).
     pub pixels: &'a [u32],
     /// Their luminances, cd/m².
     pub luminance: &'a [f32],
@@ -229,7 +233,7 @@ impl Analyser {
     }
 
     /// Glare from what a picture was reduced to elsewhere (on the device): its sums, which hold the discs
-    /// ([`Self::add_discs`]), its glare pixels and the discs. The same numbers give the same result as
+    /// (`Self::add_discs`), its glare pixels and the discs. The same numbers give the same result as
     /// [`Self::analyse_with_discs`], bit for bit.
     ///
     /// # Panics
@@ -279,7 +283,7 @@ impl Analyser {
     }
 
     /// Whether sources are looked for in each pixel: inside the view and the field of view.
-    pub fn searched(&self) -> &[bool] {
+    pub(crate) fn searched(&self) -> &[bool] {
         &self.searched
     }
 

@@ -59,7 +59,7 @@ struct Pair {
 /// Which pixels of a view are within reach of one another: the view in blocks, with the pairs of
 /// blocks that may hold neighbours. Computed once per view and search radius.
 #[derive(Debug, Clone)]
-pub struct Neighbourhood {
+pub(crate) struct Neighbourhood {
     cos_reach: f64,
     block_of: Vec<u32>,
     blocks: Vec<Block>,

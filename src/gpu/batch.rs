@@ -23,7 +23,7 @@ impl Batch<'_> {
     ///
     /// # Errors
     /// More workgroups in a dimension than the device allows, or bindings of another kernel.
-    pub fn dispatch(&mut self, kernel: &Kernel, bindings: &BindGroup, workgroups: [u32; 3]) -> Result<&mut Self> {
+    pub(crate) fn dispatch(&mut self, kernel: &Kernel, bindings: &BindGroup, workgroups: [u32; 3]) -> Result<&mut Self> {
         let limit = self.device.limits().max_compute_workgroups_per_dimension;
         if workgroups.iter().any(|w| *w > limit) {
             return Err(Error::new(format!(
@@ -105,7 +105,7 @@ impl Device {
     ///
     /// # Errors
     /// As [`Batch::dispatch`] and [`Batch::submit`].
-    pub fn dispatch(&self, kernel: &Kernel, bindings: &BindGroup, workgroups: [u32; 3]) -> Result<()> {
+    pub(crate) fn dispatch(&self, kernel: &Kernel, bindings: &BindGroup, workgroups: [u32; 3]) -> Result<()> {
         let mut batch = self.batch(kernel.label());
         batch.dispatch(kernel, bindings, workgroups)?;
         batch.submit()

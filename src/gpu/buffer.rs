@@ -75,7 +75,7 @@ impl Buffer {
 const EMPTY_BYTES: u64 = 256;
 
 /// Whether a value read from the device is a number.
-pub trait Finite: AnyBitPattern {
+pub(crate) trait Finite: AnyBitPattern {
     /// False for NaN and infinities, true for all integers.
     fn is_finite(&self) -> bool;
 }
@@ -119,7 +119,7 @@ impl Device {
     ///
     /// # Errors
     /// Too large for the device, or out of memory.
-    pub fn upload<T: NoUninit>(&self, label: &str, values: &[T]) -> Result<Buffer> {
+    pub(crate) fn upload<T: NoUninit>(&self, label: &str, values: &[T]) -> Result<Buffer> {
         let buffer = self.zeros::<T>(label, values.len())?;
         self.write(&buffer, values)?;
         Ok(buffer)
@@ -189,7 +189,7 @@ impl Device {
     ///
     /// # Errors
     /// As [`read`](Self::read), or a length that differs from the buffer's.
-    pub fn read_into<T: AnyBitPattern + NoUninit>(&self, buffer: &Buffer, values: &mut [T]) -> Result<()> {
+    pub(crate) fn read_into<T: AnyBitPattern + NoUninit>(&self, buffer: &Buffer, values: &mut [T]) -> Result<()> {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(values);
         if bytes.len() as u64 != buffer.bytes {
             return Err(Error::new(format!(
@@ -233,7 +233,7 @@ impl Device {
     ///
     /// # Errors
     /// As [`read`](Self::read), or with the buffer's name, the number of bad values and the first.
-    pub fn read_finite<T: Finite + NoUninit + Zeroable>(&self, buffer: &Buffer) -> Result<Vec<T>> {
+    pub(crate) fn read_finite<T: Finite + NoUninit + Zeroable>(&self, buffer: &Buffer) -> Result<Vec<T>> {
         let values = self.read::<T>(buffer)?;
         check_finite(&values, buffer.label())?;
         Ok(values)

@@ -5,7 +5,7 @@ use crate::error::Result;
 
 crate::gpu_struct! {
     /// Parameters of `diagnostic/loop_limit`.
-    pub struct LoopLimitParams {
+    pub(crate) struct LoopLimitParams {
         /// Iterations asked for.
         pub iterations: u32,
     }

@@ -221,7 +221,7 @@ impl Device {
     }
 
     /// The subgroup size if it is one fixed number on this device and subgroup operations exist.
-    pub fn subgroup_size(&self) -> Option<u32> {
+    pub(crate) fn subgroup_size(&self) -> Option<u32> {
         let [low, high] = self.0.summary.subgroup_sizes;
         (self.0.summary.subgroups && low == high && low > 1).then_some(low)
     }

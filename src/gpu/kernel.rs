@@ -10,7 +10,7 @@ use std::sync::{Arc, PoisonError, Weak};
 
 /// A compiled compute shader. Cheap to clone; one per (shader, constants) and device.
 #[derive(Clone)]
-pub struct Kernel(Arc<KernelInner>);
+pub(crate) struct Kernel(Arc<KernelInner>);
 
 struct KernelInner {
     /// Weak, since the device itself keeps all its kernels.
@@ -37,7 +37,7 @@ impl fmt::Debug for Kernel {
 
 /// Buffers bound to a kernel.
 #[derive(Debug, Clone)]
-pub struct BindGroup {
+pub(crate) struct BindGroup {
     raw: wgpu::BindGroup,
     kernel: String,
 }
@@ -131,7 +131,7 @@ impl Kernel {
     /// # Errors
     /// Missing, unknown or repeated names (with those the shader has), parts at unaligned offsets,
     /// bindings larger than the device allows.
-    pub fn bind(&self, buffers: &[(&str, &Buffer)]) -> Result<BindGroup> {
+    pub(crate) fn bind(&self, buffers: &[(&str, &Buffer)]) -> Result<BindGroup> {
         let inner = &*self.0;
         let device = Device(inner.device.upgrade().ok_or_else(|| Error::new("the device of this kernel was closed"))?);
         let fail = |message: String| Err(Error::new(format!("kernel '{}': {message}", inner.label)));

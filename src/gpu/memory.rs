@@ -4,7 +4,7 @@ use super::Device;
 use crate::error::{Error, Result};
 
 /// Memory that a computation may use unless its caller says otherwise, bytes.
-pub const DEFAULT_MEMORY: u64 = 1 << 30;
+pub(crate) const DEFAULT_MEMORY: u64 = 1 << 30;
 
 /// Rows of work cut into equal chunks (the last may be shorter).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,13 +71,13 @@ impl Plan {
     }
 
     /// Rows of a full chunk.
-    pub fn rows_per_chunk(&self) -> usize {
+    pub(crate) fn rows_per_chunk(&self) -> usize {
         self.rows_per_chunk
     }
 
     /// The same plan with smaller chunks, for tests of tiling and for finer progress.
     #[must_use]
-    pub fn at_most(self, rows_per_chunk: usize) -> Self {
+    pub(crate) fn at_most(self, rows_per_chunk: usize) -> Self {
         Self { rows_per_chunk: self.rows_per_chunk.min(rows_per_chunk.max(1)), ..self }
     }
 

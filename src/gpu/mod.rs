@@ -27,15 +27,22 @@ mod sources;
 pub use bytemuck;
 
 pub use batch::Batch;
+pub use buffer::Buffer;
 pub(crate) use buffer::check_finite;
-pub use buffer::{Buffer, Finite};
 pub use device::{AdapterSummary, Device, DeviceKind, NO_DEVICE_HELP, list};
-pub use kernel::{BindGroup, Kernel};
-pub use link::{Linked, link};
-pub use memory::{Chunk, DEFAULT_MEMORY, Plan};
-pub use shader::{Declared, Member, Number, Shader};
+pub(crate) use kernel::{BindGroup, Kernel};
+pub use link::Linked;
+pub use link::link;
+pub use memory::Chunk;
+pub(crate) use memory::DEFAULT_MEMORY;
+pub use memory::Plan;
+pub use shader::Declared;
 #[doc(hidden)]
-pub use shader::{Layout, wgsl_constant, wgsl_struct};
+pub use shader::Layout;
+pub use shader::Member;
+pub use shader::Number;
+pub use shader::Shader;
+pub(crate) use shader::{wgsl_constant, wgsl_struct};
 pub use sources::{SOURCES, source};
 
 /// Shaders of this module, for the test that links and validates every shader.

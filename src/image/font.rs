@@ -12,7 +12,7 @@ pub(super) const TEXT_SIZE: f64 = 13.0;
 const CURVE_STEPS: u32 = 6;
 
 /// Width of a line around the letters, by size of text, that makes of the light face a regular one.
-pub const RIM: f64 = 0.03;
+pub(crate) const RIM: f64 = 0.03;
 
 /// A closed line.
 pub type Contour = Vec<[f64; 2]>;
@@ -47,7 +47,7 @@ pub fn width(text: &str, size: f64) -> f64 {
 }
 
 /// Height of capitals, in the units of `size`.
-pub fn cap_height(size: f64) -> f64 {
+pub(crate) fn cap_height(size: f64) -> f64 {
     let metrics = fonts()[0].metrics(Size::unscaled(), LocationRef::default());
     size * f64::from(metrics.cap_height.unwrap_or(0.0)) / f64::from(metrics.units_per_em)
 }

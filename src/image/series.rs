@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 /// A complete set of component pictures 0, 1, … of one size.
 #[derive(Debug, Clone)]
-pub struct PictureSet {
+pub(crate) struct PictureSet {
     paths: Vec<PathBuf>,
     starts: Vec<Pause>,
     width: usize,
@@ -95,18 +95,13 @@ impl PictureSet {
 
 /// Reads a [`PictureSet`] a few rows of pixels at a time, so that no matrix is in memory as a whole.
 #[derive(Debug)]
-pub struct SetRows<'a> {
+pub(crate) struct SetRows<'a> {
     set: &'a PictureSet,
     places: Vec<Pause>,
     next: usize,
 }
 
 impl SetRows<'_> {
-    /// First row of pixels not yet read.
-    pub fn next_row(&self) -> usize {
-        self.next
-    }
-
     /// Reads the next `rows` rows of pixels (fewer at the end) as rows of a matrix:
     /// `out[(pixel * pictures + picture) * 3 + component]`. Gives the number of rows of pixels
     /// read; 0 after the last.

@@ -72,7 +72,7 @@ impl MatrixRows {
     ///
     /// # Errors
     /// Failures of the file system.
-    pub fn rewind(&mut self) -> Result<()> {
+    pub(crate) fn rewind(&mut self) -> Result<()> {
         self.go_to(0)
     }
 

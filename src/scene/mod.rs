@@ -1,10 +1,13 @@
 //! What the tracer sees: triangles with materials, and the windows between inside and outside.
 //!
-//! Readers ([`rad`], [`gltf`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
+//! Readers ([`rad`], [`gltf`], [`obj`], [`honeybee`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
 //! acceleration structure rebases them near the origin.
 
 mod files;
 pub mod gltf;
+pub mod honeybee;
+pub mod info;
+pub mod obj;
 pub(crate) mod pane;
 pub mod points;
 pub(crate) mod polygon;
@@ -12,6 +15,7 @@ pub mod rad;
 pub(crate) mod shapes;
 pub mod windows;
 
+pub(crate) use files::{Format, read_model_view, split_part};
 pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
 pub use pane::{GlazedWindow, Pane};
 

@@ -40,18 +40,18 @@ impl Context<'_> {
 
     /// # Errors
     /// [`cancelled`] if a stop was requested.
-    pub fn check_stop(&self) -> Result<()> {
+    pub(crate) fn check_stop(&self) -> Result<()> {
         if self.progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
     }
 
     /// What rays can meet.
-    pub fn scene_fingerprint(&self, kind: &str) -> Fingerprint {
+    pub(crate) fn scene_fingerprint(&self, kind: &str) -> Fingerprint {
         let device = self.device.summary();
         *Fingerprint::new(kind).add_all_of(self.scene).add(&device.name).add(&device.driver)
     }
 
     /// The same with the windows that emit.
-    pub fn view_fingerprint(&self, kind: &str) -> Fingerprint {
+    pub(crate) fn view_fingerprint(&self, kind: &str) -> Fingerprint {
         let mut inputs = self.scene_fingerprint(kind);
         inputs.add(&"images of windows in pictures, half a hit more of light paths");
         for window in self.inputs.windows.iter().map(|w| &w.window) {
@@ -72,7 +72,7 @@ pub struct Traced {
 
 /// What a run did so far.
 #[derive(Debug, Clone, Default)]
-pub struct Ledger {
+pub(crate) struct Ledger {
     /// Seconds per stage.
     pub seconds: Seconds,
     /// Paths and rays.

@@ -34,7 +34,8 @@ pub mod summary;
 pub mod tradeoff;
 pub mod year;
 
-pub use context::{MatrixSummary, Seconds};
+pub use context::MatrixSummary;
+pub use context::Seconds;
 pub use inputs::Inputs;
 pub use project::Project;
 pub use ready::Plan;

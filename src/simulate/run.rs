@@ -162,6 +162,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     ledger.seconds.glare = clock.elapsed().as_secs_f64();
     ledger.seconds.total = start.elapsed().as_secs_f64();
     warn_of_error(context.project, &errors, warnings);
+    context.store.warn_of_damage(warnings);
     let census = suns.as_ref().map(|suns| suns.set.census.clone());
     let summary = summary(context, &ledger, multiplier.description(), groups, pictures, glare, errors.estimated, census, warnings);
     summary.write(&context.store.summary_path())?;

@@ -1,7 +1,7 @@
 //! Weather files: a year (or any list of hours) of direct and diffuse irradiance at a site.
 //!
-//! Two formats are read, told apart by their first word: EnergyPlus weather files ([`epw`]) and
-//! Radiance's ([`wea`]). What is impossible (a month 13, a negative irradiance, a missing hour in a
+//! Two formats are read, told apart by their first word: EnergyPlus weather files (`epw`) and
+//! Radiance's (`wea`). What is impossible (a month 13, a negative irradiance, a missing hour in a
 //! year) is an error with its line; what is only suspicious becomes a warning.
 
 mod epw;

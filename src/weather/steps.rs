@@ -106,7 +106,7 @@ impl Steps {
     }
 
     /// Whether steps are hours.
-    pub fn is_hourly(&self) -> bool {
+    pub(crate) fn is_hourly(&self) -> bool {
         self.length >= 1.0
     }
 
@@ -138,7 +138,7 @@ impl Steps {
     ///
     /// # Errors
     /// Names the time.
-    pub fn check_unique(&self, steps: &[usize]) -> Result<()> {
+    pub(crate) fn check_unique(&self, steps: &[usize]) -> Result<()> {
         let mut places: Vec<Place> = steps.iter().map(|s| self.places[*s]).collect();
         places.sort_unstable();
         match places.windows(2).find(|w| w[0] == w[1]) {

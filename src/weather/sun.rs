@@ -31,20 +31,20 @@ impl SunPosition {
 }
 
 /// Declination of the sun on a day of the year (from 1), radians.
-pub fn declination(day_of_year: u16) -> f64 {
+pub(crate) fn declination(day_of_year: u16) -> f64 {
     0.4093 * (TAU * (f64::from(day_of_year) - 81.0) / 365.0).sin()
 }
 
 /// Solar time minus local standard time, hours. `longitude` in degrees east, `time_zone` in hours
 /// ahead of UTC.
-pub fn solar_time_offset(day_of_year: u16, longitude: f64, time_zone: f64) -> f64 {
+pub(crate) fn solar_time_offset(day_of_year: u16, longitude: f64, time_zone: f64) -> f64 {
     let day = f64::from(day_of_year);
     let equation_of_time = 0.170 * (4.0 * PI * (day - 80.0) / 373.0).sin() - 0.129 * (TAU * (day - 8.0) / 355.0).sin();
     equation_of_time + (longitude - 15.0 * time_zone) / 15.0
 }
 
 /// The sun at a solar time (hours, 12 = the sun due south or north). `latitude` in degrees north.
-pub fn position_at_solar_time(latitude: f64, day_of_year: u16, solar_time: f64) -> SunPosition {
+pub(crate) fn position_at_solar_time(latitude: f64, day_of_year: u16, solar_time: f64) -> SunPosition {
     let (sin_declination, cos_declination) = declination(day_of_year).sin_cos();
     let (sin_latitude, cos_latitude) = latitude.to_radians().sin_cos();
     let (sin_hour, cos_hour) = (solar_time * PI / 12.0).sin_cos();
@@ -61,7 +61,7 @@ pub fn position(latitude: f64, longitude: f64, time_zone: f64, day_of_year: u16,
 }
 
 /// Half the length of the day, hours: solar noon to sunset. `None` in polar day and night.
-pub fn half_day(latitude: f64, day_of_year: u16) -> Option<f64> {
+pub(crate) fn half_day(latitude: f64, day_of_year: u16) -> Option<f64> {
     let cos_hour = -latitude.to_radians().tan() * declination(day_of_year).tan();
     (cos_hour.abs() <= 1.0).then(|| cos_hour.acos() * 12.0 / PI)
 }

@@ -29,7 +29,7 @@ impl Bases {
     }
 
     /// Takes the text of an element inside the basis that began last.
-    pub fn define(&mut self, element: &str, text: String) -> Result<()> {
+    pub(crate) fn define(&mut self, element: &str, text: String) -> Result<()> {
         let Some(basis) = self.0.last_mut() else {
             return Err(Error::new("this element must stand inside an AngleBasis"));
         };

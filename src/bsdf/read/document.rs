@@ -97,7 +97,7 @@ impl<'w> Document<'w> {
         self.path.len().checked_sub(2).map_or("", |i| &self.path[i])
     }
 
-    pub fn take_event(&mut self, event: Event, line: usize) -> Result<()> {
+    pub(crate) fn take_event(&mut self, event: Event, line: usize) -> Result<()> {
         match event {
             Event::Start(tag) => self.open(tag.local_name().as_ref(), &tag, line),
             Event::Empty(tag) => {
@@ -178,7 +178,7 @@ impl<'w> Document<'w> {
         Ok(())
     }
 
-    pub fn take_text(&mut self, piece: &[u8], line: usize) -> Result<()> {
+    pub(crate) fn take_text(&mut self, piece: &[u8], line: usize) -> Result<()> {
         if let Text::Undecided = self.text {
             let Some(first) = piece.iter().find(|b| !b.is_ascii_whitespace()) else { return Ok(()) };
             self.text = if *first == b'{' {

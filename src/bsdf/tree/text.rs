@@ -26,7 +26,7 @@ impl TensorTree {
     ///
     /// # Errors
     /// What `out` returns.
-    pub fn write_text(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+    pub(crate) fn write_text(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         self.write_node(self.nodes[0], 0, out)
     }
 
@@ -83,7 +83,7 @@ impl TreeParser {
         Self { tree, word: String::new(), branches: Vec::new(), state: State::Start }
     }
 
-    pub fn feed(&mut self, text: &[u8], mut line: usize) -> Result<()> {
+    pub(crate) fn feed(&mut self, text: &[u8], mut line: usize) -> Result<()> {
         for &byte in text {
             match byte {
                 b'{' | b'}' => {

@@ -22,7 +22,7 @@ pub enum PixelFormat {
 
 /// Order of the scanlines in a file; Radiance's usual one is `-Y +X`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Orientation {
+pub(crate) struct Orientation {
     /// Scanlines are rows (the first letter of the resolution line is Y); otherwise columns.
     pub y_major: bool,
     /// `+X`: from left to right.
@@ -45,7 +45,7 @@ impl Orientation {
 
 /// What the header of a picture says.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Header {
+pub(crate) struct Header {
     /// Pixels per row.
     pub width: usize,
     /// Number of rows.

@@ -13,9 +13,11 @@ mod scanline;
 mod stream;
 
 pub(crate) use header::MAX_PIXELS;
-pub use header::{Header, Orientation, PixelFormat};
-pub use scanline::{from_rgbe, to_rgbe};
-pub use stream::{Pause, ScanlineReader, ScanlineWriter};
+pub use header::PixelFormat;
+pub(crate) use header::{Header, Orientation};
+pub use scanline::from_rgbe;
+pub use scanline::to_rgbe;
+pub(crate) use stream::{Pause, ScanlineReader, ScanlineWriter};
 
 use super::Picture;
 use crate::error::Result;
@@ -101,10 +103,10 @@ pub fn write(path: &Path, picture: &Picture) -> Result<()> {
 }
 
 /// A picture file that is written row by row, and that appears under its name only when complete:
-/// call [`ScanlineWriter::finish`], then [`files::AtomicFile::commit`] on what it gives back.
+/// call `ScanlineWriter::finish`, then [`files::AtomicFile::commit`] on what it gives back.
 ///
 /// # Errors
-/// As [`ScanlineWriter::new`], and failures of the file system.
+/// As `ScanlineWriter::new`, and failures of the file system.
 pub fn create(path: &Path, width: usize, height: usize, view: Option<&str>, lines: &[String]) -> Result<ScanlineWriter<files::AtomicFile>> {
     ScanlineWriter::new(files::AtomicFile::create(path, 1 << 16)?, path, width, height, view, lines)
 }

@@ -9,7 +9,7 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Reads a picture scanline by scanline, in the file's own order (see [`Header::orientation`]).
-pub struct ScanlineReader<R> {
+pub(crate) struct ScanlineReader<R> {
     input: Input<R>,
     header: Header,
     exposure: Exposure,
@@ -30,7 +30,7 @@ impl ScanlineReader<File> {
 
 /// Where a reader stopped; see [`ScanlineReader::pause`].
 #[derive(Debug, Clone)]
-pub struct Pause {
+pub(crate) struct Pause {
     header: Header,
     exposure: Exposure,
     offset: u64,
@@ -89,7 +89,7 @@ impl<R: Read> ScanlineReader<R> {
     ///
     /// # Panics
     /// If `pixels` has not the length that [`Header::scanlines`] gives.
-    pub fn read_encoded(&mut self, pixels: &mut [[u8; 4]]) -> Result<()> {
+    pub(crate) fn read_encoded(&mut self, pixels: &mut [[u8; 4]]) -> Result<()> {
         let (count, length) = self.header.scanlines();
         assert_eq!(pixels.len(), length, "length of the scanline");
         if self.next == count {

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 gpu_struct! {
     /// A chain of diffuse reflections (`shaders/bsdf_generation/chain.wgsl`).
-    pub(crate) struct Chain {
+    pub struct Chain {
         /// The latest point.
         position: [f32; 3],
         /// Material there.

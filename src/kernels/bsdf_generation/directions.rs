@@ -58,7 +58,7 @@ impl Directions {
     }
 
     /// Projected solid angles of the outgoing cells, sr.
-    pub fn outgoing_projected(self) -> Vec<f64> {
+    pub(crate) fn outgoing_projected(self) -> Vec<f64> {
         match self {
             Directions::Klems(basis) => crate::bsdf::projected_solid_angles(&basis.into()),
             _ => vec![PI / self.outgoing() as f64; self.outgoing()],
@@ -66,7 +66,7 @@ impl Directions {
     }
 
     /// Projected solid angles of the incident cells over π: their shares of uniform diffuse light.
-    pub fn incident_shares(self) -> Vec<f64> {
+    pub(crate) fn incident_shares(self) -> Vec<f64> {
         match self {
             Directions::Klems(basis) => crate::bsdf::projected_solid_angles(&basis.into()).iter().map(|l| l / PI).collect(),
             Directions::Tree4(_) => vec![1.0 / self.incident() as f64; self.incident()],

@@ -9,7 +9,7 @@ use glam::DVec3;
 /// the outside (-z) first and then to the room. Light starts on the face of the box at `face`
 /// (x, y limits in `low` and `high`, and its z), travelling to +z if `to_room`.
 #[allow(clippy::too_many_arguments, reason = "a definition, spelled out")]
-pub fn bsdf_column(
+pub(crate) fn bsdf_column(
     scene: &Scene,
     low: [f64; 2],
     high: [f64; 2],

@@ -5,7 +5,7 @@ use crate::kernels::trace::reference::{Estimate, Met, Random, meet, scatter};
 use crate::scene::{Scene, Window};
 
 /// One row of D: `[patch][rgb]`. `bounces` as `-ab`. The window and all others of the scene absorb.
-pub fn daylight_row(
+pub(crate) fn daylight_row(
     scene: &Scene,
     window: &Window,
     bin: usize,

@@ -17,12 +17,13 @@ use std::f64::consts::TAU;
 /// root of the polar angle, so errors are about this to the power of −3/2, relative to the bin.
 const CIRCLES: usize = 1024;
 /// Largest error of an entry (each row sums to 1), as tested.
-pub const TOLERANCE: f64 = 2e-4;
+#[cfg(test)]
+const TOLERANCE: f64 = 2e-4;
 /// What lies before the plane of a window by less than this, relative to its size, is in the plane.
 const IN_PLANE: f64 = 1e-6;
 
 /// Whether nothing that light could meet, other windows included, lies outside the plane of the window.
-pub fn nothing_before(scene: &Scene, window: &Window) -> bool {
+pub(crate) fn nothing_before(scene: &Scene, window: &Window) -> bool {
     let outside = -window.frame.z;
     let corners = || window.triangles.iter().flatten();
     let plane = corners().map(|c| c.dot(outside)).fold(f64::INFINITY, f64::min);

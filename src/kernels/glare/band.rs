@@ -46,12 +46,12 @@ impl Band {
     }
 
     /// Begins the next tile.
-    pub fn begin_tile(&mut self) {
+    pub(crate) fn begin_tile(&mut self) {
         self.tiles.push(Tile { pixels: [NO_PIXEL; SLOTS], used: 0 });
     }
 
     /// Drops the last tile if it got no pixel.
-    pub fn end_tile(&mut self) {
+    pub(crate) fn end_tile(&mut self) {
         self.tiles.pop_if(|tile| tile.used == 0);
     }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 crate::gpu_struct! {
     /// Parameters of `glare/count` and `glare/list`.
-    pub struct CompactParams {
+    pub(crate) struct CompactParams {
         /// Pixels of an hour.
         pub pixels: u32,
         /// Distance between hours.
@@ -73,7 +73,7 @@ impl OnDevice {
     ///
     /// # Errors
     /// Refusal by the driver.
-    pub fn with_product(device: &Device, product: product::OnDevice) -> Result<Self> {
+    pub(crate) fn with_product(device: &Device, product: product::OnDevice) -> Result<Self> {
         let kernel = |shader: &Shader| Kernel::new(device, shader, &[]);
         Ok(Self { device: device.clone(), product, count: kernel(&COUNT)?, list: kernel(&LIST)?, add: kernel(&ADD)? })
     }

@@ -29,8 +29,11 @@ mod year;
 
 pub use device::OnDevice;
 pub use native::Native;
-pub use noise::{BatchSums, Batches, HourNoise};
-pub use shared::{PixelWeights, SharedNoise, SharedSums};
+pub(crate) use noise::BatchSums;
+pub use noise::Batches;
+pub use noise::HourNoise;
+pub use shared::SharedNoise;
+pub(crate) use shared::{PixelWeights, SharedSums};
 pub use source::{InMemory, PixelSource};
 pub use stack::{Stack, StackOptions};
 pub use year::{HourGlare, ReadyView, Year, year};

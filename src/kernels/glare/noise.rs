@@ -36,7 +36,7 @@ pub struct Batches {
 
 /// Adds up rows of pixels of one batch as they are traced.
 #[derive(Debug, Clone)]
-pub struct BatchSums {
+pub(crate) struct BatchSums {
     blocks: Blocks,
     bins: usize,
     /// `[row][bin][rgb]`: row 0 is Ev's, then one per block.
@@ -81,7 +81,7 @@ impl BatchSums {
 }
 
 impl Batches {
-    /// From the sums of all batches, one below the other (see [`BatchSums`]).
+    /// From the sums of all batches, one below the other (see `BatchSums`).
     ///
     /// # Errors
     /// If the shape is not that of at least two batches of columns that the stack's first factor begins with.

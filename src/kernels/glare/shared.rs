@@ -44,14 +44,14 @@ impl SharedNoise {
 
 /// Adds up the batches of single pixels.
 #[derive(Debug, Clone)]
-pub struct SharedSums {
+pub(crate) struct SharedSums {
     batches: usize,
     /// `[row][batch]`
     sums: Vec<f64>,
 }
 
 /// Where pixels are and how much they count.
-pub struct PixelWeights {
+pub(crate) struct PixelWeights {
     geometry: PixelGeometry,
     blocks: Blocks,
 }

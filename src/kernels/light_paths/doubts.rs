@@ -34,7 +34,7 @@ impl Chances {
     }
 
     /// Standard deviation of half a hit more in the mean of so many batches, which add up what their rays bring.
-    pub fn half_a_hit(&self, batches: f64) -> f64 {
+    pub(crate) fn half_a_hit(&self, batches: f64) -> f64 {
         if self.possible > 0.0 { half_a_hit(self.squares / self.possible, batches) } else { 0.0 }
     }
 
@@ -77,7 +77,7 @@ impl BinShares {
         Self(shares.collect())
     }
 
-    pub fn of_bin(&self, bin: usize) -> f64 {
+    pub(crate) fn of_bin(&self, bin: usize) -> f64 {
         self.0[bin]
     }
 

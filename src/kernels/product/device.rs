@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 crate::gpu_struct! {
     /// Parameters of the product kernels; see `shared/gemm.wgsl`. All but the first count quads.
-    pub struct GemmParams {
+    pub(crate) struct GemmParams {
         /// Terms of each sum, padded with zeros to a multiple of 8.
         pub inner: u32,
         /// First column of the tile in the right factor.
@@ -128,8 +128,8 @@ impl OnDevice {
     }
 
     /// The same with tiles of a product of at most this many bytes.
-    #[must_use]
-    pub fn tiles_of(self, bytes: u64) -> Self {
+    #[cfg(test)]
+    pub(crate) fn tiles_of(self, bytes: u64) -> Self {
         Self { tile_bytes: self.tile_bytes.min(bytes), ..self }
     }
 

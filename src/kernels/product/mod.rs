@@ -5,7 +5,7 @@
 //! [`OnDevice`] on the GPU. Both sum the terms of an entry in an order that does not depend on the
 //! tiling, so results are identical bit by bit for any tile size on the same machine. Accuracy:
 //! |ĉ − c| ≤ γ_k Σ|a||b| with γ_k = k·u / (1 − k·u), u = 2⁻²⁴ (Higham 2002, section 3.5), which
-//! the tests check against the f64 [`reference`].
+//! the tests check against the f64 [`reference`](mod@reference).
 
 mod device;
 mod lanes;
@@ -186,7 +186,7 @@ fn multiply(multiplier: &dyn Multiplier, left: &Matrix<f32>, right: &Matrix<f32>
 ///
 /// # Errors
 /// Two different numbers other than 1.
-pub fn common_components(factors: &[&Matrix<f32>]) -> Result<usize> {
+pub(crate) fn common_components(factors: &[&Matrix<f32>]) -> Result<usize> {
     let most = factors.iter().map(|m| m.components()).max().unwrap_or(1);
     match factors.iter().position(|m| m.components() != most && m.components() != 1) {
         None => Ok(most),

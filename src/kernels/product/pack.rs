@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 crate::gpu_struct! {
     /// Parameters of `product/pack`.
-    pub struct PackParams {
+    pub(crate) struct PackParams {
         /// Rows of the matrix.
         pub rows: u32,
         /// Columns of the matrix.
@@ -57,7 +57,7 @@ impl Packer {
     }
 
     /// Cuts a factor into parts that the device can bind, and packs each.
-    pub fn pack(&self, outer: usize, inner: usize, components: usize, values: &[f32], left: bool) -> Result<Vec<Packed>> {
+    pub(crate) fn pack(&self, outer: usize, inner: usize, components: usize, values: &[f32], left: bool) -> Result<Vec<Packed>> {
         let padded_inner = inner.next_multiple_of(INNER_MULTIPLE);
         // The narrowest tile of the product has `OUTER_MULTIPLE` columns and must be bound as well.
         let bytes = (padded_inner.max(OUTER_MULTIPLE) * components * size_of::<f32>()) as u64;

@@ -23,11 +23,11 @@ const PARALLEL: f64 = 4e-4;
 /// Mirrors of different orientation must be this far apart, radians, or their images would be mixed up.
 const APART: f64 = 2.5e-3;
 /// Reflectances below this are of no consequence.
-pub const LITTLE: f64 = 0.02;
+pub(crate) const LITTLE: f64 = 0.02;
 
 /// The images, and what part of the mirrors makes none.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Mirrors {
+pub(crate) struct Mirrors {
     /// Each takes the direction to a sun to that of its image.
     pub images: Vec<DMat3>,
     /// All images of up to so many reflections are there; `None`: those of any number.
@@ -38,7 +38,7 @@ pub struct Mirrors {
 
 /// Whether a material throws sunlight as a mirror does. Panes, and what else lets light
 /// through directly, are not among them, as they are not in Radiance's direct calculation.
-pub fn is_mirror(material: &Material) -> bool {
+pub(crate) fn is_mirror(material: &Material) -> bool {
     match material.kind {
         MaterialKind::Mirror { color } => color.iter().any(|c| *c > LITTLE),
         MaterialKind::Plastic { specularity, roughness, .. } => specularity > LITTLE && roughness * roughness <= SMOOTH_ROUGHNESS2,

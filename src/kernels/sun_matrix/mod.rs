@@ -40,7 +40,8 @@ mod tests;
 mod tracer;
 
 pub use openings::Openings;
-pub use options::{ScatteredBy, SunOptions};
+pub use options::ScatteredBy;
+pub use options::SunOptions;
 pub use result::SunMatrix;
 pub use sensors::compute;
 pub use sun::Sun;

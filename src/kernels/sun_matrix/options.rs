@@ -87,11 +87,6 @@ impl SunOptions {
         }
     }
 
-    /// The set of paths that the sun of this number uses.
-    pub fn path_set(&self, sun: usize) -> usize {
-        sun % self.path_sets as usize
-    }
-
     pub(super) fn most_vertices(&self) -> u32 {
         self.bounces.unwrap_or(MOST_VERTICES).min(MOST_VERTICES)
     }

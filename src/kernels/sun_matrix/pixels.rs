@@ -141,7 +141,7 @@ pub fn compute(
 ///
 /// # Errors
 /// As [`compute`].
-pub fn discs_at_eye(
+pub(crate) fn discs_at_eye(
     device: &Device,
     models: &Models<'_>,
     camera: &Camera,

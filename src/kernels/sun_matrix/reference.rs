@@ -79,13 +79,13 @@ pub fn direct(scene: &Scene, windows: &[Window], position: DVec3, normal: DVec3,
 }
 
 /// Whether a surface lies on a ray before a distance.
-pub fn is_blocked(scene: &Scene, from: DVec3, direction: DVec3, most: f64) -> bool {
+pub(crate) fn is_blocked(scene: &Scene, from: DVec3, direction: DVec3, most: f64) -> bool {
     scene.triangles.iter().any(|t| intersect(&t.vertices, from, direction).is_some_and(|d| d > 1e-7 && d < most))
 }
 
 /// Coefficient of a sun through a pane that scatters once, sr: a fine grid over the window of the pane's room (`n`
 /// columns) and the sun's disc.
-pub fn through_pane(scene: &Scene, w: &Window, s: &Scattering, sensor: &Sensor, sun: &Sun, n: usize) -> f64 {
+pub(crate) fn through_pane(scene: &Scene, w: &Window, s: &Scattering, sensor: &Sensor, sun: &Sun, n: usize) -> f64 {
     let normal = sensor.direction.normalize();
     let mut random = Random(3);
     let mut sum = 0.0;

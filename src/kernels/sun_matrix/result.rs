@@ -14,7 +14,7 @@ pub struct SunMatrix {
     /// Standard error of what is each entry's own, independent from sun to sun: of `direct`, and where few samples
     /// found scattered light because something hides the sun.
     pub own_error: Matrix<f32>,
-    /// Standard error of what entries share in the scattered part. Suns of one [set](super::SunOptions::path_set) share
+    /// Standard error of what entries share in the scattered part. Suns of one [set](super::SunOptions::path_sets) share
     /// paths or points, so their errors at one receiver go together, with points those of neighbouring
     /// receivers too, and through panes those of all suns.
     pub shared_error: Matrix<f32>,

@@ -274,7 +274,7 @@ impl Cells {
 
     /// Probabilities by what receivers would see of the cells, how much of this they see, and how bright it is,
     /// the latter two as found for every `step`th: means over each strip.
-    pub fn after_look(&self, step: usize, open: &[[f64; 2]], bright: &[f64]) -> Vec<f64> {
+    pub(crate) fn after_look(&self, step: usize, open: &[[f64; 2]], bright: &[f64]) -> Vec<f64> {
         let strips = self.cells.iter().map(|c| c.strip as usize + 1).max().unwrap_or(0);
         let mut sums = vec![[0.0f64; 4]; strips];
         for (i, cell) in self.cells.iter().step_by(step).enumerate() {
@@ -297,7 +297,7 @@ impl Cells {
     }
 
     /// What a receiver would see of every `step`th cell.
-    pub fn seen_by(&self, receiver: &Receiver, step: usize) -> Vec<f64> {
+    pub(crate) fn seen_by(&self, receiver: &Receiver, step: usize) -> Vec<f64> {
         self.cells.iter().step_by(step).map(|c| c.seen_from(receiver) * f64::from(c.area)).collect()
     }
 

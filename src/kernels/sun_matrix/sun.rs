@@ -14,7 +14,7 @@ pub struct Sun {
 
 impl Sun {
     /// Angular radius of the real sun, radians.
-    pub const RADIUS: f64 = SUN_DIAMETER_DEG / 2.0 * std::f64::consts::PI / 180.0;
+    pub(crate) const RADIUS: f64 = SUN_DIAMETER_DEG / 2.0 * std::f64::consts::PI / 180.0;
 
     /// The real sun in this direction (of any length but zero).
     pub fn new(direction: DVec3) -> Self {

@@ -219,7 +219,13 @@ impl<'d> SunTracer<'d> {
     }
 
     /// The same of one that traces none.
-    pub fn run_alone(&self, kernel: &Kernel, own: &[(&str, &Buffer)], invocations: u64, statistics: &mut TraceStatistics) -> Result<()> {
+    pub(crate) fn run_alone(
+        &self,
+        kernel: &Kernel,
+        own: &[(&str, &Buffer)],
+        invocations: u64,
+        statistics: &mut TraceStatistics,
+    ) -> Result<()> {
         let mut all = own.to_vec();
         all.push(("counters", &self.counters));
         self.run_bound(kernel, &all, invocations, statistics)

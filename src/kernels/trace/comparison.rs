@@ -42,7 +42,7 @@ pub fn agrees(traced: &TracedMatrix, row: usize, reference: &[[Estimate; 3]], sa
 }
 
 /// As [`agrees`], for tests.
-pub fn assert_agrees(what: &str, traced: &TracedMatrix, row: usize, reference: &[[Estimate; 3]], samples: usize) {
+pub(crate) fn assert_agrees(what: &str, traced: &TracedMatrix, row: usize, reference: &[[Estimate; 3]], samples: usize) {
     match agrees(traced, row, reference, samples) {
         Ok(found) => println!("{what}: {found}"),
         Err(found) => panic!("{what}: {found}"),

@@ -22,12 +22,14 @@ pub(crate) mod reference;
 pub(crate) mod rooms;
 mod tables;
 
-pub use normalization::Normalization;
-pub use records::{Counters, Material, Ring, Window};
+pub(crate) use normalization::Normalization;
+pub(crate) use records::Counters;
 pub(crate) use records::{
     FAR_AWAY, FRESNEL_THRESHOLD, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE, SMOOTH_ROUGHNESS2, shader, smooth_fresnel,
 };
-pub use tables::{SceneFeatures, TraceScene, TraceTables, WindowSurfaces};
+pub use records::{Material, Ring, Window};
+pub use tables::WindowSurfaces;
+pub(crate) use tables::{TraceScene, TraceTables};
 
 /// Path weight below which Russian roulette decides, unless a caller says otherwise (Radiance's `-lw`).
 pub const ROULETTE_WEIGHT: f32 = 0.05;
@@ -82,7 +84,7 @@ pub struct TracedMatrix {
 ///
 /// # Errors
 /// If paths were lost.
-pub fn check_finished(counters: &Counters, started: u64, what: &str) -> Result<()> {
+pub(crate) fn check_finished(counters: &Counters, started: u64, what: &str) -> Result<()> {
     if u64::from(counters.finished) == started && counters.failed == 0 {
         return Ok(());
     }
@@ -94,7 +96,7 @@ pub fn check_finished(counters: &Counters, started: u64, what: &str) -> Result<(
 }
 
 /// A seed for one stream of random numbers: different for every seed, batch and purpose.
-pub fn stream_seed(seed: u32, batch: u32, purpose: u32) -> u32 {
+pub(crate) fn stream_seed(seed: u32, batch: u32, purpose: u32) -> u32 {
     let mut x = (u64::from(seed) << 32 | u64::from(batch)) ^ u64::from(purpose).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 /// From the user's coordinates to the tracer's: the origin in the middle of the windows, lengths
 /// in units of their size, so that f32 keeps its digits where they matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Normalization {
+pub(crate) struct Normalization {
     /// The tracer's origin in the user's coordinates.
     pub origin: DVec3,
     /// Tracer's units per user's unit.

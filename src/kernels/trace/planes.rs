@@ -6,7 +6,7 @@ use crate::scene::{MaterialKind, Scene, Window};
 use glam::{DVec2, DVec3};
 
 /// Planes that are looked at, at most: those of the largest triangles.
-pub const MOST_PLANES: usize = 64;
+pub(crate) const MOST_PLANES: usize = 64;
 /// Corners this far from a plane lie in it, as a part of the windows' size.
 const BESIDE: f64 = 1e-4;
 /// Cosine from which normals are parallel (a thousandth of a radian).
@@ -14,7 +14,7 @@ const PARALLEL: f64 = 1.0 - 5e-7;
 
 /// A plane with smooth surfaces in it. Its number is its place in the list + 1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SmoothPlane {
+pub(crate) struct SmoothPlane {
     /// A point of it, in the user's coordinates.
     pub point: DVec3,
     /// Unit length.
@@ -90,7 +90,7 @@ pub(super) fn find(triangles: &[([DVec3; 3], u32)], size: f64) -> (Vec<SmoothPla
 }
 
 /// Triangles of a scene's smooth surfaces that lie in none of the planes: images in them are left to chance.
-pub fn left_out(scene: &Scene, windows: &[Window]) -> Vec<usize> {
+pub(crate) fn left_out(scene: &Scene, windows: &[Window]) -> Vec<usize> {
     let kind = |i: usize| scene.materials[scene.triangles[i].material.0 as usize].kind;
     let has_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length() > 0.0;
     let counts =

@@ -68,7 +68,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// Paths finished and failed, paths still alive, segments traced (`shared/counters.wgsl`).
-    pub struct Counters: atomic {
+    pub(crate) struct Counters: atomic {
         /// Paths that ended properly.
         pub finished: u32,
         /// Paths the device cut off.
@@ -128,7 +128,7 @@ pub(super) fn absorber(window: u32) -> Material {
 /// Radiance's material parameters as the shares of light that the shaders use.
 impl Material {
     /// Whether it reflects and transmits as a mirror and a pane do.
-    pub fn is_smooth(&self) -> bool {
+    pub(crate) fn is_smooth(&self) -> bool {
         self.roughness * self.roughness <= SMOOTH_ROUGHNESS2 as f32
     }
 

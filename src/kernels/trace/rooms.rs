@@ -8,7 +8,7 @@ use glam::DVec3;
 
 /// Builds scenes from quadrilaterals.
 #[derive(Default)]
-pub struct Builder {
+pub(crate) struct Builder {
     pub scene: Scene,
 }
 
@@ -66,7 +66,7 @@ pub fn polygon_irradiance(corners: &[DVec3], eye: DVec3, normal: DVec3) -> f64 {
 }
 
 /// Moves and scales a scene and its window: p becomes origin + scale · p.
-pub fn placed(scene: &Scene, window: &Window, origin: DVec3, scale: f64) -> (Scene, Window) {
+pub(crate) fn placed(scene: &Scene, window: &Window, origin: DVec3, scale: f64) -> (Scene, Window) {
     let (mut scene, mut window) = (scene.clone(), window.clone());
     for p in scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).chain(window.triangles.iter_mut().flatten()) {
         *p = origin + *p * scale;
@@ -113,7 +113,7 @@ pub fn asymmetric() -> (Scene, Window) {
 /// What a window in a south wall looks at: coloured ground, a black box to the east, a mirror
 /// façade to the west, a translucent canopy above and a pane of glass before the lower half. Left
 /// and right, up and down all differ.
-pub fn street() -> (Scene, Window) {
+pub(crate) fn street() -> (Scene, Window) {
     let mut b = Builder::default();
     let ground = b.material(MaterialKind::Plastic { color: [0.4, 0.5, 0.3], specularity: 0.0, roughness: 0.0 });
     let facade = b.grey(0.5);
@@ -146,7 +146,7 @@ pub fn street() -> (Scene, Window) {
 }
 
 /// A plane mirror: a point of it, its unit normal, and what it reflects by the cosine of incidence.
-pub struct PlaneMirror<'a> {
+pub(crate) struct PlaneMirror<'a> {
     pub point: DVec3,
     pub normal: DVec3,
     pub reflectance: &'a (dyn Fn(f64) -> f64 + Sync),
@@ -155,7 +155,12 @@ pub struct PlaneMirror<'a> {
 /// Irradiance from a rectangular window of radiance 1 by way of mirrors, in the order in which the eye meets
 /// them, by the midpoint rule over the window. `passes` tells what part of the light along a leg from one point
 /// to the next arrives.
-pub fn mirrored_irradiance(w: &Window, eye: &Sensor, mirrors: &[PlaneMirror<'_>], passes: &(dyn Fn(DVec3, DVec3) -> f64 + Sync)) -> f64 {
+pub(crate) fn mirrored_irradiance(
+    w: &Window,
+    eye: &Sensor,
+    mirrors: &[PlaneMirror<'_>],
+    passes: &(dyn Fn(DVec3, DVec3) -> f64 + Sync),
+) -> f64 {
     const STEPS: usize = 200;
     let [[a, b, c], _] = [w.triangles[0], w.triangles[1]];
     let reflect = |p: DVec3, m: &PlaneMirror<'_>| p - m.normal * (2.0 * (p - m.point).dot(m.normal));
@@ -195,6 +200,6 @@ pub fn mirrored_irradiance(w: &Window, eye: &Sensor, mirrors: &[PlaneMirror<'_>]
 }
 
 /// What smooth plastic of this specularity reflects as a mirror.
-pub fn polish(specularity: f64) -> impl Fn(f64) -> f64 {
+pub(crate) fn polish(specularity: f64) -> impl Fn(f64) -> f64 {
     move |cosine| specularity + (1.0 - specularity) * smooth_fresnel(cosine)
 }

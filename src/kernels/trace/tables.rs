@@ -14,7 +14,7 @@ use glam::{DVec3, Vec3};
 
 /// Which of a scene's features its shaders need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SceneFeatures {
+pub(crate) struct SceneFeatures {
     /// All reflectances and transmittances are grey.
     pub grey: bool,
     /// There are panes of glass.
@@ -25,7 +25,7 @@ pub struct SceneFeatures {
 
 /// Tables of a scene in the tracer's units, still on the host. The f64 references use the same.
 #[derive(Debug, Clone)]
-pub struct TraceTables {
+pub(crate) struct TraceTables {
     /// Coordinates.
     pub normalization: Normalization,
     /// Triangles in the tracer's units.
@@ -80,7 +80,7 @@ impl TraceTables {
 
     /// Tables of a scene whose openings are wherever its geometry leaves them. Digits are kept near
     /// the points `around`; shaders must not ask for windows.
-    pub fn without_windows(scene: &Scene, around: &[DVec3]) -> Self {
+    pub(crate) fn without_windows(scene: &Scene, around: &[DVec3]) -> Self {
         let mut tables = Self::of_scene(scene, Normalization::around(around));
         tables.push_no_window();
         tables.finished()
@@ -174,7 +174,7 @@ impl TraceTables {
 
     /// Whether light may be reflected (or pass other than through panes) in ways that no single one of the
     /// `planes` stands for: several reflections, rough, curved and translucent surfaces.
-    pub fn has_other_reflections(&self) -> bool {
+    pub(crate) fn has_other_reflections(&self) -> bool {
         let other = |(&material, &plane): (&u32, &u32)| {
             let m = &self.materials[material as usize];
             (plane == 0 && m.kind != MATERIAL_ABSORBER && m.specular != [0.0; 3])
@@ -265,7 +265,7 @@ impl TraceTables {
     ///
     /// # Errors
     /// If the device lacks memory or one table exceeds its limits.
-    pub fn upload(&self, device: &Device) -> Result<TraceScene> {
+    pub(crate) fn upload(&self, device: &Device) -> Result<TraceScene> {
         let bvh = Bvh::build(&self.triangles);
         let mut corners: Vec<[f32; 4]> = Vec::with_capacity(bvh.order.len() * 3);
         for &index in &bvh.order {
@@ -287,7 +287,7 @@ impl TraceTables {
 }
 
 /// A scene on the device: the bindings that every tracing kernel shares.
-pub struct TraceScene {
+pub(crate) struct TraceScene {
     nodes: Buffer,
     triangles: Buffer,
     materials: Buffer,
@@ -298,7 +298,7 @@ pub struct TraceScene {
 
 impl TraceScene {
     /// Shared bindings by their WGSL names, with those of one kernel added.
-    pub fn bindings<'a>(&'a self, own: &[(&'a str, &'a Buffer)]) -> Vec<(&'a str, &'a Buffer)> {
+    pub(crate) fn bindings<'a>(&'a self, own: &[(&'a str, &'a Buffer)]) -> Vec<(&'a str, &'a Buffer)> {
         let mut all = vec![
             ("bvh_nodes", &self.nodes),
             ("bvh_triangles", &self.triangles),

@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// One row of V: irradiance coefficients of all windows' bins, `[bin][rgb]`. `bounces` as `-ab`.
-pub fn view_row(
+pub(crate) fn view_row(
     scene: &Scene,
     windows: &[Window],
     position: DVec3,

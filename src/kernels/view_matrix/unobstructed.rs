@@ -20,7 +20,7 @@ const NODES: [(f64, f64); 4] = [
 
 /// Irradiance at a sensor from each bin of a window of radiance 1, sr: `row[bin]` is added to.
 /// `normal` must have unit length.
-pub fn add_unobstructed_row(window: &Window, position: DVec3, normal: DVec3, row: &mut [f64]) {
+pub(crate) fn add_unobstructed_row(window: &Window, position: DVec3, normal: DVec3, row: &mut [f64]) {
     let frame = &window.frame;
     let n = frame.to_local(normal);
     for triangle in &window.triangles {

@@ -108,7 +108,7 @@ impl Header {
 
     /// Divides by EXPOSURE and, for colour, COLORCORR, as rmtxop does. (dctimestep leaves factors
     /// within 1 % of 1 alone.)
-    pub fn undo_exposure<T: Scalar>(&self, data: &mut [T]) {
+    pub(crate) fn undo_exposure<T: Scalar>(&self, data: &mut [T]) {
         let colour = if self.components == 3 { self.colour_correction } else { [1.0; 3] };
         let factors = colour.map(|c| c * self.exposure);
         if factors != [1.0; 3] {

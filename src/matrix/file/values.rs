@@ -43,7 +43,7 @@ impl<T: Scalar> Values<T> {
             .help("correct NROWS, NCOLS or NCOMP in the header, or remove NROWS to let the data decide")
     }
 
-    pub fn read_binary(&mut self, stream: &mut impl BufRead, width: usize, big_endian: bool) -> Result<()> {
+    pub(crate) fn read_binary(&mut self, stream: &mut impl BufRead, width: usize, big_endian: bool) -> Result<()> {
         let mut held = [0u8; 8];
         let mut holding = 0;
         loop {
@@ -83,7 +83,7 @@ impl<T: Scalar> Values<T> {
         Ok(())
     }
 
-    pub fn read_text(&mut self, stream: &mut impl BufRead, header_lines: usize) -> Result<()> {
+    pub(crate) fn read_text(&mut self, stream: &mut impl BufRead, header_lines: usize) -> Result<()> {
         let mut line = header_lines + 1;
         let mut word: Vec<u8> = Vec::new();
         loop {
@@ -126,7 +126,7 @@ impl<T: Scalar> Values<T> {
     }
 
     /// The number of rows, if the values fill them.
-    pub fn check_count(&self, announced: Option<usize>) -> Result<usize> {
+    pub(crate) fn check_count(&self, announced: Option<usize>) -> Result<usize> {
         let count = self.data.len();
         if let Some(rows) = announced
             && Some(count) != self.expected

@@ -11,7 +11,7 @@
 //! | otherwise | plastic: colour = base colour, specularity = ((n−1)/(n+1))², 0.04 by default |
 //!
 //! Radiance's roughness (RMS slope of the facets) is glTF's roughness squared. Above
-//! [`ROUGHEST_SPECULAR`] a surface reflects diffusely only: Ward's model is made for small slopes.
+//! `ROUGHEST_SPECULAR` a surface reflects diffusely only: Ward's model is made for small slopes.
 //! Colours are taken as Radiance's RGB. Textures are left out with a warning, holes and opacity that a texture
 //! would give included (the surface is whole then), as are metallic values between 0 and
 //! 1, which are rounded.

@@ -12,12 +12,13 @@
 //! | source | [`DistantSource`] |
 //! | plastic, metal, trans, glass, mirror, light, glow, void, alias | [`MaterialKind`] |
 //! | patterns and textures (colorpict, brightfunc, texfunc, …) | left out with a warning |
-//! | `BSDF` with a thickness, in a shade | [`ProxiedPane`] |
+//! | `BSDF` with a thickness, in a shade | `ProxiedPane` |
 //! | any other material, mixture, instance, mesh | an error where a surface uses it |
 
 mod command;
 mod generators;
 mod modifiers;
+mod polygons;
 mod proxies;
 mod reader;
 mod surfaces;
@@ -26,11 +27,12 @@ mod types;
 mod windows;
 mod xform;
 
-pub use proxies::ProxiedPane;
+pub(crate) use proxies::ProxiedPane;
+pub(super) use polygons::{MadeOf, read_polygons};
 pub(super) use syntax::shortened;
 pub use windows::read_windows;
 
-use super::{DistantSource, MaterialKind, Scene, SurfaceOrigin, Triangle};
+use super::{DistantSource, Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle};
 use crate::error::{Error, Result, Warnings};
 use crate::limits;
 use modifiers::Modifiers;
@@ -65,12 +67,34 @@ pub(crate) fn read_shade(files: &[PathBuf], base: &Path, warnings: &mut Warnings
 /// Anything wrong in the files, with file, line and object; commands other than `xform`, `genbox`
 /// and `genblinds`; materials this program does not know, where a surface uses them.
 pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<Scene> {
+    read_scene_and_definitions(files, base, warnings).map(|(scene, _)| scene)
+}
+
+/// As [`read_scene`], with the modifiers that stand at the end of the last file, for surfaces of other formats.
+///
+/// # Errors
+/// As [`read_scene`].
+pub(super) fn read_scene_and_definitions(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<(Scene, Definitions)> {
     let mut sink = SceneSink::default();
     let mut reader = Reader::new(base);
     for file in files {
         reader.read(file, &mut sink, warnings)?;
     }
-    Ok(sink.scene)
+    Ok((sink.scene, Definitions(sink.modifiers)))
+}
+
+/// Modifiers that files define.
+pub(super) struct Definitions(Modifiers);
+
+impl Definitions {
+    /// The material of a modifier, added to `materials` on first use; `None` if nothing defines it.
+    ///
+    /// # Errors
+    /// Materials that are not known here.
+    pub(super) fn material(&mut self, name: &str, materials: &mut Vec<Material>, warnings: &mut Warnings) -> Result<Option<MaterialIndex>> {
+        let Ok(definition) = self.0.find(name) else { return Ok(None) };
+        self.0.material(definition.as_ref(), materials, warnings).map(Some)
+    }
 }
 
 /// The material that a text of definitions ends with; `void` stands for none.

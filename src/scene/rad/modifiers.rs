@@ -31,6 +31,11 @@ pub(super) struct Definition {
 }
 
 impl Definition {
+    /// The string arguments, if this is scattering data.
+    pub(super) fn scattering_data(&self) -> Option<&[String]> {
+        ["BSDF", "aBSDF"].contains(&self.object.kind.word()).then_some(self.object.strings.as_slice())
+    }
+
     /// The `BSDF` with a thickness that this is, if it is one.
     ///
     /// # Errors

@@ -49,7 +49,7 @@ impl ThickBsdf {
 
 /// A surface that stands for geometry.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ProxiedPane {
+pub(crate) struct ProxiedPane {
     /// Where it was read from.
     pub origin: SurfaceOrigin,
     /// A point of it.

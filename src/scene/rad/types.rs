@@ -2,7 +2,7 @@
 
 /// What the second word of an object says it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ObjectType {
+pub(crate) enum ObjectType {
     /// A shape this program cuts into triangles, or a distant source.
     Surface(Surface),
     /// A material this program knows.
@@ -16,7 +16,7 @@ pub enum ObjectType {
 /// Surface types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "named as in the files")]
-pub enum Surface {
+pub(crate) enum Surface {
     Polygon,
     Ring,
     Sphere,
@@ -31,7 +31,7 @@ pub enum Surface {
 /// Material types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "named as in the files")]
-pub enum MaterialType {
+pub(crate) enum MaterialType {
     Plastic,
     Metal,
     Trans,
@@ -118,7 +118,7 @@ const UNSUPPORTED: [(&str, &str); 28] = [
 
 impl ObjectType {
     /// The type a word names.
-    pub fn from_word(word: &str) -> Option<Self> {
+    pub(crate) fn from_word(word: &str) -> Option<Self> {
         let surface = SURFACES.iter().find(|(w, _)| *w == word).map(|&(_, s)| Self::Surface(s));
         let material = || MATERIALS.iter().find(|(w, _)| *w == word).map(|&(_, m)| Self::Material(m));
         let texture = || TEXTURES.iter().find(|w| **w == word).map(|w| Self::Texture(w));
@@ -127,7 +127,7 @@ impl ObjectType {
     }
 
     /// The word that was probably meant.
-    pub fn nearest_word(word: &str) -> Option<&'static str> {
+    pub(crate) fn nearest_word(word: &str) -> Option<&'static str> {
         let words = [&SURFACES.map(|(w, _)| w)[..], &MATERIALS.map(|(w, _)| w), &TEXTURES, &UNSUPPORTED.map(|(w, _)| w)].concat();
         words.into_iter().map(|w| (edit_distance(w, word), w)).min().filter(|(d, _)| *d <= 2).map(|(_, w)| w)
     }
@@ -142,7 +142,7 @@ impl ObjectType {
     }
 
     /// Whether other objects can name it as their modifier.
-    pub fn is_modifier(self) -> bool {
+    pub(crate) fn is_modifier(self) -> bool {
         !matches!(self, Self::Surface(_) | Self::Unsupported("instance" | "mesh", _))
     }
 }

@@ -5,6 +5,7 @@ mod found;
 pub(crate) mod glazing;
 pub(crate) mod import;
 pub mod mirrors;
+mod models;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
@@ -15,7 +16,7 @@ pub use self::filling::in_colour;
 use self::import::{Imported, sun_matrices};
 use self::shade::Shade;
 use self::suns::SunSet;
-pub use self::windows::ProjectWindow;
+pub(crate) use self::windows::ProjectWindow;
 pub(crate) use self::windows::read_surfaces;
 use self::windows::{check_sides, read_windows};
 use crate::bins::ReinhartSky;
@@ -69,7 +70,7 @@ pub struct SensorGroup {
 
 impl Inputs {
     /// What rays can meet.
-    pub fn scene_fingerprint(&self) -> Fingerprint {
+    pub(crate) fn scene_fingerprint(&self) -> Fingerprint {
         let scene = &self.scene;
         let corners: Vec<DVec3> = scene.triangles.iter().flat_map(|t| t.vertices).collect();
         let indices: Vec<_> = scene.triangles.iter().map(|t| t.material).collect();
@@ -121,6 +122,7 @@ impl Inputs {
         }
         let seem_dark = reach::seem_dark(&scene, if direct { reach::Light::Sky } else { reach::Light::Windows(&plain) }, &sensors);
         reach::warn(&sensors, &seem_dark, direct, warnings);
+        models::warn(project, warnings)?;
         let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
         if project.output.quantity.is_solar() {
             inputs.warn_of_solar(project, warnings);

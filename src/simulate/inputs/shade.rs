@@ -26,13 +26,13 @@ impl Shade {
         let base = project.folder();
         let relative = |f: &PathBuf| f.strip_prefix(base).unwrap_or(f).to_path_buf();
         // Materials are looked up in all files before; what the shade adds comes last.
-        let before: Vec<PathBuf> = project.scene.files.iter().filter(|f| !scene::gltf::is_gltf(f)).map(relative).collect();
+        let before: Vec<PathBuf> = project.scene.files.iter().filter(|f| scene::Format::of(f) == scene::Format::Radiance).map(relative).collect();
         let mut known = Warnings::new();
         let first = scene::read_scene(&before, base, &mut known)?.triangles.len();
         let mut files = before;
         files.push(relative(file));
         let mut all = Warnings::new();
-        let (together, panes) = if scene::gltf::is_gltf(file) {
+        let (together, panes) = if scene::Format::of(file) != scene::Format::Radiance {
             (scene::read_scene(&files, base, &mut all)?, Vec::new())
         } else {
             scene::rad::read_shade(&files, base, &mut all)?
@@ -98,10 +98,23 @@ impl Shade {
 pub(super) fn own_material(project: &Project, section: &WindowSection, window: &Window) -> Option<MaterialKind> {
     let base = project.folder();
     let relative = |f: &PathBuf| f.strip_prefix(base).unwrap_or(f).to_path_buf();
-    if scene::gltf::is_gltf(&scene::gltf::split_part(&section.surface).0) {
-        return None;
+    let file = scene::split_part(&section.surface).0;
+    match scene::Format::of(&file) {
+        scene::Format::Radiance => {}
+        scene::Format::Honeybee => {
+            let model = scene::honeybee::read(&file, &mut Warnings::new()).ok()?;
+            let own = model.windows.iter().find(|w| w.window.name == window.name)?;
+            return match &own.glazing {
+                scene::honeybee::ModelGlazing::Glass(pane) => Some(pane.material()),
+                scene::honeybee::ModelGlazing::Bsdf(_) => None,
+            };
+        }
+        scene::Format::Gltf => return None,
+        // Its material is one of the .rad files.
+        scene::Format::Obj => {}
     }
-    let mut files: Vec<PathBuf> = project.scene.files.iter().filter(|f| !scene::gltf::is_gltf(f)).map(relative).collect();
+    let is_radiance = |f: &&PathBuf| scene::Format::of(f) == scene::Format::Radiance;
+    let mut files: Vec<PathBuf> = project.scene.files.iter().filter(is_radiance).map(relative).collect();
     files.push(relative(&section.surface));
     let all = scene::read_scene(&files, base, &mut Warnings::new()).ok()?;
     // The window's file comes last: of several surfaces of a name and line it is the last one.

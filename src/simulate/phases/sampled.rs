@@ -24,7 +24,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// The sampled matrices.
-pub struct Sampled {
+pub(crate) struct Sampled {
     /// V of all sensors, or C.
     pub view: Estimate,
     /// Whether it is C.

@@ -111,7 +111,7 @@ pub(crate) fn image_options(project: &Project, phases: u32) -> ImageOptions {
 }
 
 /// Sampling of suns through panes of scattering data.
-pub fn pane_options(project: &Project) -> SunOptions {
+pub(crate) fn pane_options(project: &Project) -> SunOptions {
     let standard = SunOptions::default();
     let cells = match project.quality.preset {
         Preset::Draft => standard.cells / 4,

@@ -122,7 +122,7 @@ impl ProjectBuilder {
         }
     }
 
-    /// Checks the project as [`Project::read`] does. Lines in messages are those of [`to_toml`](Self::to_toml).
+    /// Checks the project as [`Project::read`] does. Lines in messages are those of `to_toml`.
     ///
     /// # Errors
     /// As [`Project::read`].

@@ -4,7 +4,7 @@
 //! [weather]
 //! file = "weather/NYC.wea"            # or .epw
 //! [scene]
-//! files = ["materials.rad", "room.rad"]
+//! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
 //! [[window]]                          # any number; without one sensors see the sky by what the scene leaves free
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
@@ -52,6 +52,8 @@ mod document;
 pub mod given;
 pub mod glare;
 pub mod method;
+mod model;
+mod of_model;
 pub mod output;
 pub mod quality;
 mod sections;
@@ -64,9 +66,12 @@ pub use self::document::Place;
 use self::document::Places;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
-pub use self::output::{OutputSection, Quantity};
-pub use self::quality::{Preset, QualitySection};
-pub use self::sections::{Filling, SceneSection, SensorsSection, WeatherSection, WindowSection};
+use self::model::NamedModel;
+pub(crate) use self::output::OutputSection;
+pub use self::output::Quantity;
+pub use self::quality::Preset;
+pub(crate) use self::quality::QualitySection;
+pub(crate) use self::sections::{Filling, SceneSection, SensorsSection, WeatherSection, WindowSection};
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
@@ -129,18 +134,30 @@ impl Project {
         let entries = document.parse()?;
         let mut top = Table::top(&document, &entries);
         let weather = WeatherSection::read(top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?)?;
-        let scene = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
-        let windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
+        let (scene, model) = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
+        let mut windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
         if windows.is_empty() {
             top.refuse_slips("window")?;
         }
-        let sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
+        let mut sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
         let mut views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
         for table in top.tables("views")? {
             views.extend(read_grid(table)?);
         }
         let glare = GlareSection::read(top.table("glare")?)?;
         let images = ImagesSection::read(top.table("images")?)?;
+        if let (Some(place), Some(file)) = (model, scene.files.last()) {
+            let model = NamedModel::read(file, place)?;
+            if windows.is_empty() {
+                windows = model.windows()?;
+            }
+            if sensors.is_empty() && views.is_empty() {
+                sensors = model.sensors();
+            }
+            if views.is_empty() && (sensors.is_empty() || glare.is_some() || images.hours != ImageHours::None) {
+                views = model.views()?;
+            }
+        }
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
         let output = OutputSection::read(top.table("output")?, !views.is_empty())?;

@@ -16,7 +16,7 @@ pub struct WeatherSection {
 /// `[scene]`: the room and what stands around it, without its windows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneSection {
-    /// Radiance scene files, in the order Radiance would get them.
+    /// Scene files, Radiance's in the order Radiance would get them; the model, if there is one, among them.
     pub files: Vec<PathBuf>,
 }
 
@@ -93,10 +93,18 @@ impl WeatherSection {
 }
 
 impl SceneSection {
-    pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
-        let files = table.required_paths("files", "add files = [\"materials.rad\", \"room.rad\"]")?;
+    /// The section, and where its `model` stands, which is the last of its files.
+    pub(super) fn read(mut table: Table<'_, '_>) -> Result<(Self, Option<Place>)> {
+        let place = table.place("model");
+        let Some(file) = table.path("model")? else {
+            let files = table.required_paths("files", "add files = [\"materials.rad\", \"room.rad\"], or model = \"room.hbjson\"")?;
+            table.finish()?;
+            return Ok((Self { files }, None));
+        };
+        let mut files = table.paths("files")?;
         table.finish()?;
-        Ok(Self { files })
+        files.push(file);
+        Ok((Self { files }, Some(place)))
     }
 }
 

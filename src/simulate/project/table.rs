@@ -5,6 +5,7 @@ pub(super) use super::document::{Document, Place};
 use super::spelling::nearest;
 use crate::error::{Error, Result};
 use crate::image::series::Pattern;
+use crate::scene::{Format, split_part};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
@@ -142,8 +143,10 @@ impl<'d, 'a> Table<'d, 'a> {
     fn existing_file(&self, key: &str, text: &str) -> Result<PathBuf> {
         let folder = self.document.file.parent().unwrap_or(Path::new(""));
         let path = folder.join(text);
-        match std::fs::metadata(&path) {
-            Ok(m) if m.is_dir() => Err(self.error(key, format!("'{text}' is a folder, not a file"))),
+        // Of `room.hbjson#south` the file has to be there.
+        match std::fs::metadata(split_part(&path).0) {
+            // A model may be the folder that Honeybee writes for Radiance.
+            Ok(m) if m.is_dir() && Format::of(&split_part(&path).0) != Format::Honeybee => Err(self.error(key, format!("'{text}' is a folder, not a file"))),
             Ok(_) => Ok(path),
             Err(e) => {
                 let wanted = path.display();

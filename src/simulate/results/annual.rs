@@ -280,7 +280,7 @@ pub fn write(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &Group
     })
 }
 
-/// The metrics of a table that [`write`] wrote; nothing if there is no such file, or it is of another kind.
+/// The metrics of a table that [`write`](fn@write) wrote; nothing if there is no such file, or it is of another kind.
 pub fn read(path: &Path) -> Option<Vec<SensorYear>> {
     let text = std::fs::read_to_string(path).ok()?;
     let mut lines = text.lines();

@@ -3,10 +3,9 @@
 use crate::error::{Error, Result};
 use crate::kernels::product::{Arrangement, Multiplier};
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, write_matrix};
 use crate::simulate::inputs::SensorGroup;
 use crate::simulate::project::Quantity;
-use crate::simulate::store::{Store, software};
+use crate::simulate::store::{Store, write_stored};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use crate::weather::Record;
 use crate::weather::time::Time;
@@ -81,8 +80,8 @@ pub(crate) fn write_illuminance(
         Content::Illuminance => (group.name.clone(), what.to_string()),
         Content::StandardError => (format!("{}_standard_error", group.name), format!("standard error of the {what}")),
     };
-    let header = [software(), format!("CONTENT={about} of {} in {}, rows sensors, columns time steps", group.name, quantity.unit())];
-    write_matrix(Some(&store.results_path(&name, "mtx")), lux, Format::Float, &header)?;
+    let about = format!("{about} of {} in {}, rows sensors, columns time steps", group.name, quantity.unit());
+    write_stored(&store.results_path(&name, "mtx"), lux, &about)?;
     let path = store.results_path(&name, "csv");
     crate::files::write_atomically(&path, |out| {
         let fault = |e: std::io::Error| Error::io(&path, &e);

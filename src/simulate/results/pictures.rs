@@ -15,7 +15,8 @@ mod request;
 mod view;
 
 use self::passes::{HdrFiles, Sizes, Whole, passes};
-pub use self::request::{Addition, Output, Request};
+pub(crate) use self::request::Addition;
+pub use self::request::{Output, Request};
 pub use self::view::PictureView;
 use crate::error::{Error, Result, Warnings};
 use crate::image::Picture;
@@ -29,7 +30,7 @@ const RGB: usize = 3;
 ///
 /// # Errors
 /// Shapes that do not fit, too little memory, failures of device and file system, and
-/// [`cancelled`]. Pictures of finished passes stay.
+/// `cancelled`. Pictures of finished passes stay.
 pub fn write_pictures(
     multiplier: &dyn Multiplier,
     view: &mut PictureView,

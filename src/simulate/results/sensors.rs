@@ -6,13 +6,12 @@ use super::suns::TracedSuns;
 use super::views::Made;
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, write_matrix};
 use crate::simulate::context::Context;
 use crate::simulate::inputs::split;
 use crate::simulate::light::{Daylight, WindowLight, multiply, transmitted};
 use crate::simulate::project::Quantity;
 use crate::simulate::store::fingerprint::Fingerprint;
-use crate::simulate::store::software;
+use crate::simulate::store::write_stored;
 use crate::statistics::variance_of_mean;
 use crate::units::LUMINOUS_EFFICACY;
 use serde::{Deserialize, Serialize};
@@ -104,11 +103,9 @@ fn write_terms(
     let terms = [(whole, &three_phase), (part, &taken), (("sun", "Cds·Ssun"), sun)];
     for ((name, formula), term) in terms {
         for (group, part) in context.inputs.sensors.iter().zip(split(term, &context.inputs.sensors)) {
-            let header = [
-                software(),
-                format!("CONTENT={formula} of {} in {}, rows sensors, columns hours", group.name, context.project.output.quantity.unit()),
-            ];
-            write_matrix(Some(&context.store.term_path(&group.name, name)?), &part, Format::Float, &header)?;
+            let unit = context.project.output.quantity.unit();
+            let about = format!("{formula} of {} in {unit}, rows sensors, columns hours", group.name);
+            write_stored(&context.store.term_path(&group.name, name)?, &part, &about)?;
         }
     }
     Ok(())

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::time::Instant;
 
 /// The suns of five phases and what they send to the sensors.
-pub struct TracedSuns {
+pub(crate) struct TracedSuns {
     /// The suns and their hours.
     pub set: SunSet,
     /// Cds of all sensors.

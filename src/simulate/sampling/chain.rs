@@ -45,7 +45,7 @@ pub struct AnnualSum {
 
 impl AnnualSum {
     /// By what the replicates' deviations are to be multiplied to spread as the variance says.
-    pub fn spread_of_replicates(&self) -> f64 {
+    pub(crate) fn spread_of_replicates(&self) -> f64 {
         if self.by_replicates > 0.0 { (self.variance / self.by_replicates).sqrt() } else { 1.0 }
     }
 }
@@ -68,7 +68,7 @@ impl<'m> Chain<'m> {
     }
 
     /// The factor for 95 % confidence, for these sums or any of them.
-    pub fn confidence_95(&self, sums: &[AnnualSum]) -> f64 {
+    pub(crate) fn confidence_95(&self, sums: &[AnnualSum]) -> f64 {
         let degrees = sums.iter().map(|s| s.degrees).fold(f64::INFINITY, f64::min);
         student_95(if degrees.is_finite() { degrees as usize } else { self.replicates() - 1 })
     }

@@ -80,7 +80,7 @@ impl Estimate {
     }
 
     /// One round.
-    pub fn of_round(traced: TracedMatrix, keep_direct: bool) -> Self {
+    pub(crate) fn of_round(traced: TracedMatrix, keep_direct: bool) -> Self {
         let (replicates, direct): (Vec<_>, Vec<_>) = traced.batches.into_iter().map(|b| (b.total, b.direct)).unzip();
         let direct = if keep_direct { direct } else { vec![mean_of(&direct)] };
         Self { replicates, direct, rounds: 1, rays: traced.statistics.segments, spread: Spread::default() }
@@ -130,7 +130,7 @@ impl Estimate {
     }
 
     /// Everything in one matrix, for a file: replicates, then the direct part, one below the other.
-    pub fn stacked(&self) -> Result<Matrix<f32>> {
+    pub(crate) fn stacked(&self) -> Result<Matrix<f32>> {
         let first = &self.replicates[0];
         let all = self.replicates.iter().chain(&self.direct);
         let data: Vec<f32> = all.flat_map(|m| m.data()).copied().collect();
@@ -139,7 +139,7 @@ impl Estimate {
 
     /// The inverse of [`stacked`](Self::stacked) for matrices of so many `rows`, `direct` of them
     /// the direct part.
-    pub fn unstacked(stacked: &Matrix<f32>, rows: usize, direct: usize, rounds: u32, rays: u64) -> Result<Self> {
+    pub(crate) fn unstacked(stacked: &Matrix<f32>, rows: usize, direct: usize, rounds: u32, rays: u64) -> Result<Self> {
         let values = rows * stacked.cols() * stacked.components();
         let mut parts = stacked
             .data()

@@ -10,10 +10,10 @@ use std::fmt::{self, Write};
 pub struct Fingerprint(blake3::Hash);
 
 impl Fingerprint {
-    /// The fingerprint of nothing but the kind of matrix and the program's version.
+    /// The fingerprint of nothing but the kind of matrix, the program's version and its sources (`build.rs`).
     pub fn new(kind: &str) -> Self {
         let mut new = Self(blake3::hash(b"Lucarne"));
-        new.add(&(kind, env!("CARGO_PKG_VERSION")));
+        new.add(&(kind, env!("CARGO_PKG_VERSION"), env!("LUCARNE_SOURCES")));
         new
     }
 
@@ -35,13 +35,13 @@ impl Fingerprint {
     }
 
     /// Adds plain numbers by their bytes, for geometry, matrices and files.
-    pub fn add_values<T: NoUninit>(&mut self, values: &[T]) -> &mut Self {
+    pub(crate) fn add_values<T: NoUninit>(&mut self, values: &[T]) -> &mut Self {
         self.0 = self.follow(b'v').update(bytemuck::cast_slice(values)).finalize();
         self
     }
 
     /// Adds all inputs of another fingerprint.
-    pub fn add_all_of(&mut self, other: Self) -> &mut Self {
+    pub(crate) fn add_all_of(&mut self, other: Self) -> &mut Self {
         self.0 = self.follow(b'f').update(other.0.as_bytes()).finalize();
         self
     }

@@ -4,10 +4,10 @@ use super::arrays::Year;
 use crate::error::{Error, Result};
 use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
-use crate::matrix::file::read_matrix;
 use crate::simulate::inputs::Differences;
 use crate::simulate::light::{Light, Skies, WindowLight};
 use crate::simulate::results::illuminance::illuminance;
+use crate::simulate::store::read_stored;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -52,7 +52,7 @@ impl Facade {
     /// # Errors
     /// Files that cannot be read or do not fit each other.
     pub fn read(year: &Year) -> Result<Self> {
-        let read = |name: &str| read_matrix(&year.matrix(name)).map(|f| f.matrix);
+        let read = |name: &str| read_stored(&year.matrix(name)).map(|f| f.matrix);
         let whole = read("S")?;
         let mut windows = Vec::new();
         for window in &year.summary.windows {
@@ -86,7 +86,7 @@ impl Facade {
     }
 
     /// How much of the traced suns' light there is: the mean of the windows that have it.
-    pub fn sun_share(&self, state: &FacadeState) -> f64 {
+    pub(crate) fn sun_share(&self, state: &FacadeState) -> f64 {
         let sunny = || (0..self.windows.len()).filter(|&i| self.windows[i].direct.is_some());
         sunny().map(|i| 1.0 - state.fraction(i)).sum::<f64>() / sunny().count().max(1) as f64
     }
@@ -138,12 +138,12 @@ impl Facade {
                 .help("for states of the façade run the project with phases = 5"));
         }
         let light = Light::new(&self.lights(&self.mixed(state)), multiplier, &self.skies, self.differences)?;
-        let total = read_matrix(&year.matrix(&format!("V_{group}")))?.matrix;
+        let total = read_stored(&year.matrix(&format!("V_{group}")))?.matrix;
         if !light.is_split() {
             return Ok(light.over_the_year(&illuminance(multiplier, &total, &light.right)?));
         }
-        let direct = read_matrix(&year.matrix(&format!("V_{group}_direct")))?.matrix;
-        let sun = read_matrix(&year.folder().join(format!("illuminance/terms/{group}_sun.mtx")))?.matrix;
+        let direct = read_stored(&year.matrix(&format!("V_{group}_direct")))?.matrix;
+        let sun = read_stored(&year.folder().join(format!("illuminance/terms/{group}_sun.mtx")))?.matrix;
         let receivers = light.receivers(&total, &direct, self.differences);
         let mut lux = light.over_the_year(&illuminance(multiplier, &receivers, &light.right)?);
         if (sun.rows(), sun.cols()) != (lux.rows(), lux.cols()) {

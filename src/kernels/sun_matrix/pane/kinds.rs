@@ -29,7 +29,7 @@ pub enum PaneBsdf {
         diffuse: [f64; 3],
         /// Transmittance of the part that is not scattered.
         clear: [f64; 3],
-        /// Specular reflectance; from [`FRESNEL_THRESHOLD`] on it rises towards grazing angles.
+        /// Specular reflectance; from `FRESNEL_THRESHOLD` on it rises towards grazing angles.
         specularity: f64,
         /// The even scattering as data; black without it.
         lobe: Scattering,

@@ -149,13 +149,13 @@ impl<'t, 'd> PaneLight<'t, 'd> {
     }
 
     /// The suns that can reach a pane, in chunks that fit memory.
-    pub fn chunks_of_suns(&self) -> Result<Plan> {
+    pub(crate) fn chunks_of_suns(&self) -> Result<Plan> {
         let bytes = (self.tables.cells.len() * size_of::<PaneEnd>()) as u64;
         Plan::new(self.tracer.device, self.tracer.options.memory / 2, self.tables.active.len(), &[bytes], &[], 1)
     }
 
     /// Some of the suns that can reach a pane.
-    pub fn active(&self, first: usize, count: usize) -> &[usize] {
+    pub(crate) fn active(&self, first: usize, count: usize) -> &[usize] {
         &self.tables.active[first..first + count]
     }
 
@@ -168,7 +168,7 @@ impl<'t, 'd> PaneLight<'t, 'd> {
     }
 
     /// What `count` of the suns that can reach a pane, from number `first` of them on, bring to the cells.
-    pub fn suns_at_cells(&self, first: usize, count: usize, statistics: &mut TraceStatistics) -> Result<SunsAtPanes> {
+    pub(crate) fn suns_at_cells(&self, first: usize, count: usize, statistics: &mut TraceStatistics) -> Result<SunsAtPanes> {
         let (device, panes) = (self.tracer.device, self.tables.panes.len());
         let active = self.active(first, count);
         let records: Vec<SunRecord> = active.iter().map(|i| self.tracer.records[*i]).collect();

@@ -37,7 +37,7 @@ fn sobol(index: u32) -> [u32; 2] {
 }
 
 /// The pair of `shared/random.wgsl`, as multiples of 2⁻²⁴.
-pub fn sample_pair(index: u32, pair: u32, seed: u32) -> [u32; 2] {
+pub(crate) fn sample_pair(index: u32, pair: u32, seed: u32) -> [u32; 2] {
     let stream = combine(seed, pair);
     let [first, second] = sobol(scramble(index, stream));
     [scramble(first, combine(stream, 1)) >> 8, scramble(second, combine(stream, 2)) >> 8]

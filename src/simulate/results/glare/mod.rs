@@ -74,7 +74,7 @@ pub struct GlareSummary {
 }
 
 /// What the glare of a project is computed from.
-pub struct GlareJob<'a> {
+pub(crate) struct GlareJob<'a> {
     /// The run.
     pub context: Context<'a>,
     /// What it has made before.

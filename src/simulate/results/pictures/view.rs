@@ -57,7 +57,7 @@ impl PictureView {
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_matrix(path: &Path, size: Option<[usize; 2]>) -> Result<Self> {
+    pub(crate) fn open_matrix(path: &Path, size: Option<[usize; 2]>) -> Result<Self> {
         let rows = if path == Path::new("-") { None } else { MatrixRows::open(path)? };
         let (source, header, rows, bins, components) = match rows {
             Some(r) => {
@@ -97,7 +97,7 @@ impl PictureView {
     ///
     /// # Errors
     /// As [`open`](Self::open), and files of different shapes.
-    pub fn open_split(total: &Path, direct: &Path) -> Result<Self> {
+    pub(crate) fn open_split(total: &Path, direct: &Path) -> Result<Self> {
         let Self { name, source, width, height, bins, view, .. } = Self::open_matrix(total, None)?;
         let rows = MatrixRows::open(direct)?.filter(|r| (r.rows(), r.cols(), r.components()) == (width * height, bins, RGB));
         let (Source::Rows(total), Some(direct)) = (source, rows) else {
@@ -109,7 +109,7 @@ impl PictureView {
     /// Opens a matrix file, beside its direct part if that is given.
     ///
     /// # Errors
-    /// As [`open_matrix`](Self::open_matrix) and [`open_split`](Self::open_split).
+    /// As `open_matrix` and `open_split`.
     pub fn open_parts(total: &Path, direct: Option<&Path>) -> Result<Self> {
         direct.map_or_else(|| Self::open_matrix(total, None), |direct| Self::open_split(total, direct))
     }
