@@ -14,9 +14,6 @@ pub(crate) const SHARE_OF_VIEW: f64 = 0.64;
 /// Share of the target's square that the noise of V and D may take at sensors; the rest is the suns'.
 pub(crate) const SHARE_OF_SENSORS: f64 = 0.64;
 
-/// Samples of C for each of the kernel's default.
-const COEFFICIENT_SAMPLES: u32 = 4;
-
 /// How often a matrix that is not sampled adaptively is traced anew, with other random numbers, and
 /// averaged. Errors fall with the square root, memory stays what it was.
 pub(crate) fn rounds(project: &Project) -> u32 {
@@ -57,15 +54,17 @@ pub(crate) fn view_options(project: &Project, round: u32) -> ViewOptions {
     }
 }
 
-/// Sampling of the daylight coefficients C. Sensors share no paths, so each gets more of its own than the kernel's
-/// default: 2.7 % of a year at the worst sensor of the shipped room of glass.
+/// Sampling of the daylight coefficients C. Without windows there are no light paths that sensors share, and each gets
+/// more of its own.
 pub(crate) fn coefficient_options(project: &Project, round: u32) -> CoefficientOptions {
     let standard = CoefficientOptions::default();
     let quality = &project.quality;
+    let own = if project.windows.is_empty() { 4 } else { 1 };
     CoefficientOptions {
         bounces: project.method.bounces,
-        direct_samples: samples(COEFFICIENT_SAMPLES * standard.direct_samples, quality),
-        near_samples: samples(COEFFICIENT_SAMPLES * standard.near_samples, quality),
+        light_paths: samples(standard.light_paths, quality),
+        direct_samples: samples(own * standard.direct_samples, quality),
+        near_samples: samples(own * standard.near_samples, quality),
         seed: seed(project, 0, round),
         first_round: round == 0,
         ..standard
