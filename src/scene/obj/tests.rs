@@ -36,9 +36,8 @@ fn polygons_have_their_area_and_the_materials_of_the_rad_files() {
     let scene = scene.unwrap();
     assert_eq!(areas(&scene), [("ell".into(), 3.0), ("holed plate".into(), 12.0), ("last".into(), 8.0)]);
     assert!(warnings.is_empty(), "{warnings:?}");
-    let kind = |surface: usize| {
-        scene.materials[scene.triangles.iter().find(|t| t.surface as usize == surface).unwrap().material.0 as usize].kind
-    };
+    let kind =
+        |surface: usize| scene.materials[scene.triangles.iter().find(|t| t.surface as usize == surface).unwrap().material.0 as usize].kind;
     assert_eq!(kind(0), MaterialKind::Plastic { color: [0.5, 0.4, 0.3], specularity: 0.0, roughness: 0.0 });
     assert_eq!(kind(1), MaterialKind::Glass { transmissivity: [0.9; 3], refraction_index: 1.52 });
     assert_eq!((scene.surfaces[0].line, scene.surfaces[2].line), (12, 28 - 1), "{:?}", scene.surfaces);
@@ -104,7 +103,10 @@ fn what_is_left_out_or_pressed_flat_is_told_once() {
     let (scene, warnings) = read_files(&[WALL, ("room.obj", &format!("{TRIANGLE}{more}"))]);
     assert_eq!(scene.unwrap().surfaces.len(), 1);
     let has = |words: &str| warnings.iter().filter(|w| w.contains(words)).count() == 1;
-    assert!(has("2 faces without area") && has("'l' and what else is no polygon") && has("outside the plane of their face"), "{warnings:?}");
+    assert!(
+        has("2 faces without area") && has("'l' and what else is no polygon") && has("outside the plane of their face"),
+        "{warnings:?}"
+    );
     assert_eq!(warnings.len(), 3, "{warnings:?}");
 }
 

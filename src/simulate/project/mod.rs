@@ -134,7 +134,8 @@ impl Project {
         let entries = document.parse()?;
         let mut top = Table::top(&document, &entries);
         let weather = WeatherSection::read(top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?)?;
-        let (scene, model) = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
+        let (scene, model) =
+            SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
         let mut windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
         if windows.is_empty() {
             top.refuse_slips("window")?;
