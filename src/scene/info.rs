@@ -121,8 +121,12 @@ impl SceneInfo {
             w.triangles.iter().map(move |vertices| Triangle { vertices: *vertices, material: MaterialIndex(0), surface })
         });
         let all: Vec<Triangle> = scene.triangles.iter().copied().chain(window_triangles).collect();
-        let names: Vec<SurfaceOrigin> =
-            scene.surfaces.iter().cloned().chain(windows.iter().map(|(w, ..)| SurfaceOrigin { name: w.name.clone(), ..w.origin.clone() })).collect();
+        let names: Vec<SurfaceOrigin> = scene
+            .surfaces
+            .iter()
+            .cloned()
+            .chain(windows.iter().map(|(w, ..)| SurfaceOrigin { name: w.name.clone(), ..w.origin.clone() }))
+            .collect();
         let edges = Edges::of(&all, &names);
         let corners = || all.iter().flat_map(|t| t.vertices);
         let extent = corners().next().map(|first| {
@@ -158,10 +162,13 @@ impl SceneInfo {
         let median = self.edges.median_length;
         if !unit_is_known && median > LIKE_INCHES {
             let unit = if median > LIKE_MILLIMETRES { "millimetres" } else { "inches or centimetres" };
-            doubts.push(format!("half of all edges are longer than {median:.0}: lengths look like {unit}; metres are wanted (!xform -s 0.001 room.rad)"));
+            doubts.push(format!(
+                "half of all edges are longer than {median:.0}: lengths look like {unit}; metres are wanted (!xform -s 0.001 room.rad)"
+            ));
         }
         if self.edges.open > 0 {
-            let names: Vec<String> = self.edges.open_surfaces.iter().take(NAMED).map(|s| format!("'{}' ({:.2})", s.name, s.length)).collect();
+            let names: Vec<String> =
+                self.edges.open_surfaces.iter().take(NAMED).map(|s| format!("'{}' ({:.2})", s.name, s.length)).collect();
             let more = if self.edges.open_surfaces.len() > NAMED { " and others" } else { "" };
             doubts.push(format!(
                 "{} edges are open over {:.2} in all, at {}{more}: right for shades, overhangs and furniture of single sheets; in walls, floors \
@@ -208,7 +215,9 @@ fn describe(kind: &MaterialKind) -> String {
     let word = debug.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("").to_lowercase();
     let mean = |c: &[f64; 3]| 0.265 * c[0] + 0.670 * c[1] + 0.065 * c[2];
     match kind {
-        MaterialKind::Plastic { color, specularity, .. } => format!("{word}, reflectance {:.3}", mean(color) * (1.0 - specularity) + specularity),
+        MaterialKind::Plastic { color, specularity, .. } => {
+            format!("{word}, reflectance {:.3}", mean(color) * (1.0 - specularity) + specularity)
+        }
         MaterialKind::Metal { color, .. } | MaterialKind::Mirror { color } => format!("{word}, reflectance {:.3}", mean(color)),
         MaterialKind::Trans { color, specularity, transmissivity, .. } => {
             format!("{word}, transmittance {:.3}", mean(color) * (1.0 - specularity) * transmissivity)
@@ -246,7 +255,11 @@ impl fmt::Display for SceneInfo {
         writeln!(f, "scene: {} triangles of {} surfaces, {} materials", self.triangles, self.surfaces, self.materials.len())?;
         if let Some([low, high]) = self.extent {
             let [x, y, z] = [0, 1, 2].map(|i| high[i] - low[i]);
-            writeln!(f, "extent: {x:.3} × {y:.3} × {z:.3}, from {:.3} {:.3} {:.3} to {:.3} {:.3} {:.3}", low[0], low[1], low[2], high[0], high[1], high[2])?;
+            writeln!(
+                f,
+                "extent: {x:.3} × {y:.3} × {z:.3}, from {:.3} {:.3} {:.3} to {:.3} {:.3} {:.3}",
+                low[0], low[1], low[2], high[0], high[1], high[2]
+            )?;
         }
         let width = self.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0);
         for m in &self.materials {

@@ -25,7 +25,8 @@ pub(super) fn read(model: &Path, name: &str, warnings: &mut Warnings) -> Result<
         .and_then(|text| serde_json::from_str(&text).map_err(|e| Error::new(format!("this is no JSON: {e}"))))
         .map_err(at)?;
     let data = find(&value, name).ok_or_else(|| {
-        at(Error::new("the model has no BSDF modifier of this name").help("name a modifier of type BSDF among properties.radiance.modifiers"))
+        at(Error::new("the model has no BSDF modifier of this name")
+            .help("name a modifier of type BSDF among properties.radiance.modifiers"))
     })?;
     let mut found = Warnings::new();
     // Lines are those of the XML.

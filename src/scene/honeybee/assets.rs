@@ -32,7 +32,8 @@ pub(super) fn read(model: &Node<'_>, scale: f64, file: &Path, warnings: &mut War
         if let Some(mesh) = grid.object("mesh")? {
             let [faces, corners] = ["faces", "vertices"].map(|key| mesh.value[key].as_array().map_or(0, Vec::len));
             if ![faces, corners].contains(&sensors.len()) {
-                let told = grid.error(format!("its mesh has {faces} faces and {corners} corners for {} sensors; the mesh is not used", sensors.len()));
+                let told = grid
+                    .error(format!("its mesh has {faces} faces and {corners} corners for {} sensors; the mesh is not used", sensors.len()));
                 warnings.push(told.file(file).help("results are those of the sensors"));
             }
         }
@@ -50,8 +51,9 @@ pub(super) fn read(model: &Node<'_>, scale: f64, file: &Path, warnings: &mut War
         for sensor in sensors {
             let position = sensor.vector("pos")?.ok_or_else(|| sensor.missing("pos"))? * scale;
             let direction = sensor.vector("dir")?.ok_or_else(|| sensor.missing("dir"))?;
-            let direction =
-                direction.try_normalize().ok_or_else(|| sensor.error("its direction has no length").help("give the normal of the plane it measures"))?;
+            let direction = direction
+                .try_normalize()
+                .ok_or_else(|| sensor.error("its direction has no length").help("give the normal of the plane it measures"))?;
             list.push(Sensor { position, direction, line: list.len() + 1 });
         }
     }

@@ -80,7 +80,8 @@ pub(super) fn read(path: &Path, warnings: &mut Warnings) -> Result<Model> {
         scene.triangles.extend(face.triangles().triangles.into_iter().map(|vertices| Triangle { vertices, material, surface }));
     }
     if scene.triangles.is_empty() && openings.is_empty() {
-        return Err(Error::new("there is nothing in scene/ and aperture/ of this folder").help("write it again: honeybee-radiance translate model-to-rad-folder model.hbjson"));
+        return Err(Error::new("there is nothing in scene/ and aperture/ of this folder")
+            .help("write it again: honeybee-radiance translate model-to-rad-folder model.hbjson"));
     }
     let (sensors, views) = assets(&folder)?;
     let groups: Vec<(String, usize)> = groups.into_iter().collect();

@@ -6,7 +6,7 @@
 //! modifier set, or Honeybee's generic one. `modifier_blk`, energy properties, multipliers and light paths have no
 //! effect.
 //!
-//! **Windows.** Every aperture and glass door to the outside whose modifier is Glass or BSDF, joined by plane,
+//! **Windows.** Every aperture, door and face to the outside whose modifier is Glass or BSDF, joined by plane,
 //! orientation, modifier and dynamic group. Their names: the dynamic group's, the aperture's if it is alone, else
 //! where they look (`south`, `south-2`). Normals point into the room, whichever way the model has them.
 //!
@@ -100,13 +100,13 @@ pub fn read(file: &Path, warnings: &mut Warnings) -> Result<Rc<Model>> {
 
 fn read_bytes(bytes: &[u8], file: &Path, warnings: &mut Warnings) -> Result<Model> {
     if file.extension().is_some_and(|e| e.eq_ignore_ascii_case("hbpkl")) {
-        return Err(Error::new("this is a pickled Honeybee model, which only Python can open").help(
-            "convert it: python3 -c \"from honeybee.model import Model; Model.from_hbpkl('model.hbpkl').to_hbjson('model', '.')\"",
-        ));
+        return Err(Error::new("this is a pickled Honeybee model, which only Python can open")
+            .help("convert it: python3 -c \"from honeybee.model import Model; Model.from_hbpkl('model.hbpkl').to_hbjson('model', '.')\""));
     }
     let text = text::decode(bytes, "a Honeybee model")?;
-    let value: Value = serde_json::from_str(&text)
-        .map_err(|e| Error::new(format!("this is no JSON: {e}")).line(e.line()).help("the file is cut off or was changed by hand; export it again"))?;
+    let value: Value = serde_json::from_str(&text).map_err(|e| {
+        Error::new(format!("this is no JSON: {e}")).line(e.line()).help("the file is cut off or was changed by hand; export it again")
+    })?;
     let model = Node::root(&value);
     check_kind(&model, warnings, file)?;
     let (scale, tolerance) = units(&model)?;
@@ -150,12 +150,16 @@ fn check_kind(model: &Node<'_>, warnings: &mut Warnings, file: &Path) -> Result<
         None => return Err(Error::new("this JSON is no Honeybee model: it has no 'type'").help("give an .hbjson file")),
     }
     if model.get("buildings").is_some() {
-        return Err(Error::new("this is a Dragonfly model").help("translate it to Honeybee: dragonfly translate model-to-honeybee model.dfjson"));
+        return Err(
+            Error::new("this is a Dragonfly model").help("translate it to Honeybee: dragonfly translate model-to-honeybee model.dfjson")
+        );
     }
     if let Some(version) = model.text("version")?
         && version.split('.').next().and_then(|v| v.parse::<u64>().ok()).is_none_or(|v| v > KNOWN_VERSION)
     {
-        let told = format!("the schema's version is {version}, newer than {KNOWN_VERSION}.x, which is known here: what is new in it is passed over");
+        let told = format!(
+            "the schema's version is {version}, newer than {KNOWN_VERSION}.x, which is known here: what is new in it is passed over"
+        );
         warnings.push(Error::new(told).file(file).field("version").help("compare areas and counts: lucarne scene info MODEL"));
     }
     Ok(())

@@ -36,25 +36,31 @@ pub(super) struct Modifier {
     pub kind: Kind,
 }
 
-impl Modifier {
-    /// The pane, if it is one.
-    pub fn glass(&self) -> Option<Pane> {
-        match &self.kind {
-            Kind::Material(kind) => Pane::of_material(kind),
-            Kind::Bsdf { .. } => None,
-        }
-    }
-}
-
 /// Where a surface stands, which says what its modifier is if it has none of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
-    Wall { outdoors: bool },
-    Floor { outdoors: bool },
-    RoofCeiling { outdoors: bool },
-    Aperture { outdoors: bool, operable: bool, in_wall: bool },
-    Door { outdoors: bool, glass: bool, in_wall: bool },
-    Shade { indoor: bool },
+    Wall {
+        outdoors: bool,
+    },
+    Floor {
+        outdoors: bool,
+    },
+    RoofCeiling {
+        outdoors: bool,
+    },
+    Aperture {
+        outdoors: bool,
+        operable: bool,
+        in_wall: bool,
+    },
+    Door {
+        outdoors: bool,
+        glass: bool,
+        in_wall: bool,
+    },
+    Shade {
+        indoor: bool,
+    },
     /// A shade that stands apart: surrounding buildings, trees.
     Context,
 }
@@ -238,7 +244,8 @@ impl<'a> Library<'a> {
                 let mut heard = Warnings::new();
                 let kind = rad::material(&text, Path::new("modifier"), &mut heard);
                 heard.iter().for_each(|w| warnings.push(node.error(w.message())));
-                let mut kind = kind.map_err(|e| node.error(e.message()).help("correct the modifier in Honeybee and export the model again"))?;
+                let mut kind =
+                    kind.map_err(|e| node.error(e.message()).help("correct the modifier in Honeybee and export the model again"))?;
                 if let MaterialKind::Glow { max_radius, .. } = &mut kind {
                     *max_radius *= self.scale;
                 }
@@ -278,9 +285,9 @@ fn definition(node: &Node<'_>, text: &mut String) -> Result<()> {
         && own.text("type")?.is_some_and(|t| t != "Void")
     {
         let what = own.required_text("type")?;
-        return Err(node.error(format!("this material is modified by a {what}: patterns and textures are not known here")).help(
-            "give the material without its modifier: the mean of a pattern, or the plain material under a texture",
-        ));
+        return Err(node
+            .error(format!("this material is modified by a {what}: patterns and textures are not known here"))
+            .help("give the material without its modifier: the mean of a pattern, or the plain material under a texture"));
     }
     let channels = |quantity: &str, default: f64| -> Result<String> {
         let value = |c: &str| Ok::<f64, Error>(node.number(&format!("{c}_{quantity}"))?.unwrap_or(default));
@@ -289,8 +296,16 @@ fn definition(node: &Node<'_>, text: &mut String) -> Result<()> {
     let number = |key: &str, default: f64| -> Result<f64> { Ok(node.number(key)?.unwrap_or(default)) };
     let kind = node.required_text("type")?;
     let (word, strings, reals) = match kind {
-        "Plastic" => ("plastic", String::new(), format!("5 {} {} {}", channels("reflectance", 0.0)?, number("specularity", 0.0)?, number("roughness", 0.0)?)),
-        "Metal" => ("metal", String::new(), format!("5 {} {} {}", channels("reflectance", 0.0)?, number("specularity", 0.9)?, number("roughness", 0.0)?)),
+        "Plastic" => (
+            "plastic",
+            String::new(),
+            format!("5 {} {} {}", channels("reflectance", 0.0)?, number("specularity", 0.0)?, number("roughness", 0.0)?),
+        ),
+        "Metal" => (
+            "metal",
+            String::new(),
+            format!("5 {} {} {}", channels("reflectance", 0.0)?, number("specularity", 0.9)?, number("roughness", 0.0)?),
+        ),
         "Trans" => {
             let (diffuse, specular) = (number("transmitted_diff", 0.0)?, number("transmitted_spec", 0.0)?);
             let surface = format!("{} {} {}", channels("reflectance", 0.0)?, number("specularity", 0.0)?, number("roughness", 0.0)?);

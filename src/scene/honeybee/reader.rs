@@ -7,7 +7,7 @@ use super::windows::{Opening, RoomSolid, doubled};
 use crate::error::{Error, Result, Warnings};
 use crate::limits;
 use crate::scene::polygon::triangulate;
-use crate::scene::{Material, MaterialIndex, Scene, SurfaceOrigin, Triangle};
+use crate::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle};
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
@@ -83,7 +83,10 @@ impl<'a, 'w> Reader<'a, 'w> {
         }
         if let Some(first) = self.openings.get(before) {
             let count = self.openings.len() - before;
-            let told = Error::new(format!("{count} apertures stand without a face or room, '{}' first: their fronts are taken to look outside", first.origin.name));
+            let told = Error::new(format!(
+                "{count} apertures stand without a face or room, '{}' first: their fronts are taken to look outside",
+                first.origin.name
+            ));
             self.warn(told.field("orphaned_apertures").help("turn them round in Honeybee if the room is on their front"));
         }
         for shade in model.list("orphaned_shades")? {
@@ -125,7 +128,9 @@ impl<'a, 'w> Reader<'a, 'w> {
                 }
             }
             if open {
-                let told = room.error("the faces of this room do not close it: light may leak, and the fronts of its apertures are taken to look outside");
+                let told = room.error(
+                    "the faces of this room do not close it: light may leak, and the fronts of its apertures are taken to look outside",
+                );
                 self.warn(told.help("check the room in Honeybee (Validate Model: 'not closed')"));
             }
         }
@@ -168,7 +173,9 @@ impl<'a, 'w> Reader<'a, 'w> {
             // No wall at all.
             "AirBoundary" => None,
             other => {
-                return Err(face.error(format!("there is no face type '{other}'")).help("face types are Wall, Floor, RoofCeiling and AirBoundary"));
+                return Err(face
+                    .error(format!("there is no face type '{other}'"))
+                    .help("face types are Wall, Floor, RoofCeiling and AirBoundary"));
             }
         };
         if let Some(role) = role {
@@ -182,7 +189,7 @@ impl<'a, 'w> Reader<'a, 'w> {
                 // As honeybee-radiance: the second side of a wall between rooms stands a little within its own room.
                 punched = punched.moved(-2.0 * self.tolerance * outline.normal());
             }
-            self.surface(face, &punched, &modifier)?;
+            self.part_of_a_wall(face, &punched, modifier, outdoors, None)?;
         }
         self.shades(face, set)?;
         Ok(outline)
@@ -201,7 +208,8 @@ impl<'a, 'w> Reader<'a, 'w> {
             }
         };
         if of_face.is_some_and(|face| (face == "Surface") == outdoors) {
-            let told = node.error(format!("its boundary condition is {condition}, that of its face {}: its own counts", of_face.unwrap_or("")));
+            let told =
+                node.error(format!("its boundary condition is {condition}, that of its face {}: its own counts", of_face.unwrap_or("")));
             self.warn(told.help("solve the adjacency of the rooms again"));
         }
         self.shades(node, parent.set)?;
@@ -219,22 +227,39 @@ impl<'a, 'w> Reader<'a, 'w> {
         if again {
             return Ok(outline);
         }
-        let lets_light_in = modifier.glass().is_some() || matches!(modifier.kind, Kind::Bsdf { .. });
-        if outdoors && lets_light_in {
-            if outline.triangles().triangles.is_empty() {
-                self.warn(node.error("it has no area and is left out").help("remove it"));
-                return Ok(outline);
-            }
-            let origin = self.origin(node)?;
-            self.openings.push(Opening { face: outline.clone(), modifier, group, origin });
-        } else {
-            if outdoors && matches!(modifier.kind, Kind::Material(crate::scene::MaterialKind::Trans { .. })) {
-                let told = node.error(format!("its modifier '{}' is a trans: it counts as an opaque part of the wall, which lets no daylight in", modifier.identifier));
-                self.warn(told.help("give it a Glass or BSDF modifier; 'lucarne bsdf isotropic' makes scattering data of a diffusing pane"));
-            }
-            self.surface(node, &outline, &modifier)?;
-        }
+        self.part_of_a_wall(node, &outline, modifier, outdoors, group)?;
         Ok(outline)
+    }
+
+    /// A face, aperture or door: an opening if it lets light in from outside, whatever it is called.
+    fn part_of_a_wall(
+        &mut self,
+        node: &Node<'a>,
+        face: &Face3d,
+        modifier: Rc<Modifier>,
+        outdoors: bool,
+        group: Option<String>,
+    ) -> Result<()> {
+        let light = match &modifier.kind {
+            Kind::Bsdf { .. } | Kind::Material(MaterialKind::Glass { .. }) => None,
+            Kind::Material(MaterialKind::Trans { .. }) => Some("a trans"),
+            Kind::Material(MaterialKind::Void) => Some("void"),
+            Kind::Material(_) => return self.surface(node, face, &modifier),
+        };
+        if let (Some(what), true) = (light, outdoors) {
+            let told = node
+                .error(format!("its modifier '{}' is {what}: the light that passes it from outside does not count", modifier.identifier));
+            self.warn(told.help("give it a Glass or BSDF modifier; 'lucarne bsdf isotropic' makes scattering data of a diffusing pane"));
+        }
+        if !outdoors || light.is_some() {
+            return self.surface(node, face, &modifier);
+        }
+        if face.triangles().triangles.is_empty() {
+            self.warn(node.error("it has no area and is left out").help("remove it"));
+            return Ok(());
+        }
+        self.openings.push(Opening { face: face.clone(), modifier, group, origin: self.origin(node)? });
+        Ok(())
     }
 
     fn shades(&mut self, node: &Node<'a>, set: Option<&Node<'a>>) -> Result<()> {
@@ -353,7 +378,9 @@ impl<'a, 'w> Reader<'a, 'w> {
     fn check_adjacencies(&mut self) {
         let lost: Vec<(String, String)> = self.adjacencies.iter().filter(|(_, partner)| !self.faces.contains(partner)).cloned().collect();
         for (face, partner) in lost {
-            let told = Error::new(format!("face '{face}' is next to '{partner}', which is not in the model: it counts as an inner wall, and its apertures let no daylight in"));
+            let told = Error::new(format!(
+                "face '{face}' is next to '{partner}', which is not in the model: it counts as an inner wall, and its apertures let no daylight in"
+            ));
             self.warn(told.help("solve the adjacency of the rooms again, or give the face the boundary condition Outdoors"));
         }
     }

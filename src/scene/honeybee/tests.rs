@@ -72,7 +72,10 @@ fn areas_counts_and_sensors_are_those_that_honeybee_radiance_writes() {
     assert_eq!(found.remove("tint_clear").map(|(n, a)| (n, (a * 1e6).round())), Some((1, 1.12e6)));
     assert_eq!(found.len(), REFERENCE.len(), "{found:?}");
     for ((name, (count, area)), expected) in found.iter().zip(REFERENCE) {
-        assert!((name.as_str(), *count) == (expected.0, expected.1) && (area - expected.2).abs() < 1e-9, "{name} {count} {area} {expected:?}");
+        assert!(
+            (name.as_str(), *count) == (expected.0, expected.1) && (area - expected.2).abs() < 1e-9,
+            "{name} {count} {area} {expected:?}"
+        );
     }
     let grids: Vec<(&str, usize)> = model.sensors.iter().map(|g| (g.name.as_str(), g.sensors.len())).collect();
     assert_eq!(grids, [("Workplane", 24), ("Corridor", 8)]);
@@ -175,7 +178,10 @@ fn units_become_metres() {
         }
         let [a, b] = [&model, &*metres].map(|m| m.sensors[0].sensors[3].position);
         assert!((a - b).length() < 1e-12);
-        assert!(model.views[0].options.starts_with("-vth -vp 2"), "{}", model.views[0].options);
+        let point = |m: &Model| m.views[0].options.split(' ').skip(2).take(3).map(|w| w.parse::<f64>().unwrap()).collect::<Vec<_>>();
+        for (a, b) in point(&model).iter().zip(point(&metres)) {
+            assert!((a - b).abs() < 1e-9, "{unit} {a}");
+        }
     }
     // Drawn in millimetres and said to be metres.
     let (model, warnings) = changed(|m| m["units"] = "Millimeters".into());
@@ -220,7 +226,10 @@ fn what_is_wrong_is_told_with_its_place() {
             }),
             vec![".apertures[1] 'south_right'", "fewer than three corners"],
         ),
-        (Box::new(|m| m["orphaned_shades"][1]["properties"]["radiance"]["modifier"] = "velvet".into()), vec!["'awning'", "no modifier 'velvet'"]),
+        (
+            Box::new(|m| m["orphaned_shades"][1]["properties"]["radiance"]["modifier"] = "velvet".into()),
+            vec!["'awning'", "no modifier 'velvet'"],
+        ),
         (Box::new(|m| m["rooms"][0]["properties"]["radiance"]["modifier_set"] = "cold".into()), vec!["'Office'", "no modifier set 'cold'"]),
         (
             Box::new(|m| {
@@ -236,18 +245,26 @@ fn what_is_wrong_is_told_with_its_place() {
             }),
             vec!["modifiers", "'blind'"],
         ),
-        (Box::new(|m| m["orphaned_shades"][0]["properties"]["radiance"] = serde_json::json!({"modifier": "blind"})), vec!["'house'", "is a BSDF"]),
+        (
+            Box::new(|m| m["orphaned_shades"][0]["properties"]["radiance"] = serde_json::json!({"modifier": "blind"})),
+            vec!["'house'", "is a BSDF"],
+        ),
         (
             Box::new(|m| m["properties"]["radiance"]["sensor_grids"][1]["sensors"][4]["dir"] = serde_json::json!([0, 0, 0])),
             vec!["sensor_grids[1].sensors[4]", "no length"],
         ),
-        (Box::new(|m| m["shade_meshes"][0]["geometry"]["faces"][1][0] = 77.into()), vec!["shade_meshes[0] 'hedge'", "face 1 of the mesh names"]),
+        (
+            Box::new(|m| m["shade_meshes"][0]["geometry"]["faces"][1][0] = 77.into()),
+            vec!["shade_meshes[0] 'hedge'", "face 1 of the mesh names"],
+        ),
     ] {
         let (model, _) = changed(change);
         let message = model.map(|_| ()).unwrap_err().to_string();
         assert!(words.iter().all(|w| message.contains(w)) && message.contains("help:"), "{words:?}: {message}");
     }
-    for (text, words) in [("{\"type\": \"Model\"", "no JSON"), ("[1]", "a list, not a Honeybee model"), ("{}", "no 'type'"), ("PK\x03\x04", "zip archive")] {
+    for (text, words) in
+        [("{\"type\": \"Model\"", "no JSON"), ("[1]", "a list, not a Honeybee model"), ("{}", "no 'type'"), ("PK\x03\x04", "zip archive")]
+    {
         let message = read_text(text).0.unwrap_err().to_string();
         assert!(message.contains(words), "{message}");
     }
@@ -339,11 +356,32 @@ fn what_a_run_can_go_on_with_is_told_too() {
         }),
         &["'west_blind'", "'canvas' is a trans"],
     );
+    told(
+        Box::new(move |m| {
+            let wall = face(m, 0, "Office_Right");
+            m["rooms"][0]["faces"][wall]["doors"][0]["properties"]["radiance"] = serde_json::json!({"modifier": {"type": "Void"}});
+        }),
+        &["'terrace'", "is void"],
+    );
+}
+
+#[test]
+fn a_wall_of_glass_is_a_window_too() {
+    let (model, _) = changed(|m| {
+        let wall = m["rooms"][0]["faces"].as_array().unwrap().iter().position(|f| f["identifier"] == "Office_Right").unwrap();
+        m["rooms"][0]["faces"][wall]["properties"]["radiance"] = serde_json::json!({"modifier": "clear_double"});
+    });
+    let model = model.unwrap();
+    let wall = model.windows.iter().find(|w| w.window.name == "Office_Right").unwrap();
+    // 6 m × 2.8 m less the door of 2.08 m².
+    assert!((wall.window.area() - 14.72).abs() < 1e-9 && (wall.window.frame.z - DVec3::NEG_X).length() < 1e-9);
+    assert!(!model.scene.surfaces.iter().any(|s| s.name == "Office_Right"));
 }
 
 #[test]
 fn modifiers_and_sets_may_stand_where_they_are_used() {
-    let own = serde_json::json!({"type": "Plastic", "identifier": "own", "r_reflectance": 0.25, "g_reflectance": 0.5, "b_reflectance": 0.75});
+    let own =
+        serde_json::json!({"type": "Plastic", "identifier": "own", "r_reflectance": 0.25, "g_reflectance": 0.5, "b_reflectance": 0.75});
     let (model, _) = changed(|m| {
         m["orphaned_shades"][0]["properties"]["radiance"] = serde_json::json!({"modifier": own});
         m["rooms"][1]["properties"]["radiance"] = serde_json::json!({"modifier_set": {
@@ -356,7 +394,8 @@ fn modifiers_and_sets_may_stand_where_they_are_used() {
     assert_eq!(found["own"].0, 2);
     assert!((found["own"].1 - 92.0).abs() < 1e-9 && !found.contains_key("generic_floor_0.20"), "{found:?}");
     // Names that the file does not define, but Honeybee.
-    let (model, _) = changed(|m| m["orphaned_shades"][0]["properties"]["radiance"] = serde_json::json!({"modifier": "generic_wall_exterior_side_0.35"}));
+    let (model, _) =
+        changed(|m| m["orphaned_shades"][0]["properties"]["radiance"] = serde_json::json!({"modifier": "generic_wall_exterior_side_0.35"}));
     assert!((areas(&model.unwrap())["generic_wall_exterior_side_0.35"].1 - 84.0).abs() < 1e-9);
 }
 
@@ -382,7 +421,8 @@ fn the_folder_that_honeybee_radiance_writes_holds_the_same_as_its_model() {
         assert!((area - expected[name].1).abs() < 1e-6, "{name}: {area} {:?}", expected[name]);
     }
     let windows = |m: &Model| {
-        let mut all: Vec<_> = m.windows.iter().map(|w| (w.window.name.clone(), w.apertures.clone(), w.window.frame.z.to_array().map(f64::round))).collect();
+        let mut all: Vec<_> =
+            m.windows.iter().map(|w| (w.window.name.clone(), w.apertures.clone(), w.window.frame.z.to_array().map(f64::round))).collect();
         all.sort_by(|a, b| a.0.cmp(&b.0));
         all
     };

@@ -97,7 +97,10 @@ impl Edges {
                 }
             }
         }
-        let named = |(surface, length): (u32, f64)| OpenSurface { name: surfaces.get(surface as usize).map_or(String::new(), |s| s.name.clone()), length };
+        let named = |(surface, length): (u32, f64)| OpenSurface {
+            name: surfaces.get(surface as usize).map_or(String::new(), |s| s.name.clone()),
+            length,
+        };
         edges.open_surfaces = open.into_iter().map(named).collect();
         edges.open_surfaces.sort_by(|a, b| b.length.total_cmp(&a.length).then_with(|| a.name.cmp(&b.name)));
         edges

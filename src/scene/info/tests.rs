@@ -34,7 +34,8 @@ fn where_light_leaks_the_surfaces_are_named_and_where_surfaces_meet_it_does_not(
 
 #[test]
 fn normals_doubles_and_other_units_are_told() {
-    let found = info("wall polygon table 0 0 12  1 1 .7  2 1 .7  2 2 .7  1 2 .7\nwall polygon again 0 0 12  2 2 .7  2 1 .7  1 1 .7  1 2 .7");
+    let found =
+        info("wall polygon table 0 0 12  1 1 .7  2 1 .7  2 2 .7  1 2 .7\nwall polygon again 0 0 12  2 2 .7  2 1 .7  1 1 .7  1 2 .7");
     assert_eq!(found.doubled, [["table".to_string(), "again".to_string()]]);
     assert!(found.doubts.iter().any(|d| d.contains("'table' and 'again'")), "{:?}", found.doubts);
     // A lid whose one half is turned.

@@ -118,9 +118,10 @@ impl<'t> Reader<'t> {
         let mut words = rest.split_whitespace();
         for number in &mut numbers {
             let word = words.next().ok_or_else(|| Error::new("a corner has fewer than three coordinates").help("write v x y z"))?;
-            *number = word.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
-                Error::new(format!("'{}' is no number{}", shortened(word), why_no_number(word))).help("write v x y z")
-            })?;
+            *number =
+                word.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
+                    Error::new(format!("'{}' is no number{}", shortened(word), why_no_number(word))).help("write v x y z")
+                })?;
         }
         if self.vertices.len() >= limits::VERTICES {
             return Err(limits::exceeded("the file has", limits::VERTICES, "corners").help("simplify the meshes"));

@@ -89,8 +89,13 @@ pub(super) fn read_scene(file: &Path, definitions: &mut Definitions, scene: &mut
         scene.triangles.extend(surface.triangles.into_iter().map(|vertices| Triangle { vertices, material, surface: number }));
     }
     if !of_library.is_empty() {
-        let told = format!("materials that no .rad file defines have the diffuse colour of the mtllib, without gloss: {}", of_library.join(", "));
-        warnings.push(Error::new(told).file(file).help("colours of an MTL file are for the screen: define them in a .rad file, `void plastic wall 0 0 5 .5 .5 .5 0 0`"));
+        let told =
+            format!("materials that no .rad file defines have the diffuse colour of the mtllib, without gloss: {}", of_library.join(", "));
+        warnings.push(
+            Error::new(told)
+                .file(file)
+                .help("colours of an MTL file are for the screen: define them in a .rad file, `void plastic wall 0 0 5 .5 .5 .5 0 0`"),
+        );
     } else if let Some(ignored) = contents.libraries.first() {
         let told = format!("'{}' is not read: all materials are those of the .rad files", ignored.display());
         warnings.push(Error::new(told).file(file).field("mtllib"));
@@ -171,14 +176,17 @@ fn contents(text: &str, file: &Path, warnings: &mut Warnings) -> Result<Contents
         }
     }
     if let Some((line, departure)) = flat {
-        let told = format!("corners lie up to {departure:.4} outside the plane of their face, into which they are pressed ({PLANARITY_TOLERANCE} of its size are allowed)");
+        let told = format!(
+            "corners lie up to {departure:.4} outside the plane of their face, into which they are pressed ({PLANARITY_TOLERANCE} of its size are allowed)"
+        );
         warnings.push(Error::new(told).line(line).help("export triangles"));
     }
     if let (n @ 1.., line) = without_area {
         warnings.push(Error::new(format!("{n} faces without area are left out")).line(line).help("remove them from the mesh"));
     }
     if let Some((line, what)) = reader.left_out() {
-        warnings.push(Error::new(format!("'{what}' and what else is no polygon is left out")).line(line).help("export surfaces as polygons"));
+        warnings
+            .push(Error::new(format!("'{what}' and what else is no polygon is left out")).line(line).help("export surfaces as polygons"));
     }
     if surfaces.is_empty() {
         return Err(Error::new("there is no face in this file").help("export polygons: lines that begin with v and f"));

@@ -27,8 +27,8 @@ mod types;
 mod windows;
 mod xform;
 
-pub(crate) use proxies::ProxiedPane;
 pub(super) use polygons::{MadeOf, read_polygons};
+pub(crate) use proxies::ProxiedPane;
 pub(super) use syntax::shortened;
 pub use windows::read_windows;
 

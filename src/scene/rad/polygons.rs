@@ -26,7 +26,10 @@ pub(in crate::scene) struct Polygon {
 pub(in crate::scene) enum MadeOf {
     Material(MaterialKind),
     /// Scattering data: the file as it is named, and the up vector.
-    Bsdf { file: String, up: DVec3 },
+    Bsdf {
+        file: String,
+        up: DVec3,
+    },
 }
 
 /// Reads the polygons of files, definitions among them.

@@ -26,7 +26,8 @@ impl Shade {
         let base = project.folder();
         let relative = |f: &PathBuf| f.strip_prefix(base).unwrap_or(f).to_path_buf();
         // Materials are looked up in all files before; what the shade adds comes last.
-        let before: Vec<PathBuf> = project.scene.files.iter().filter(|f| scene::Format::of(f) == scene::Format::Radiance).map(relative).collect();
+        let before: Vec<PathBuf> =
+            project.scene.files.iter().filter(|f| scene::Format::of(f) == scene::Format::Radiance).map(relative).collect();
         let mut known = Warnings::new();
         let first = scene::read_scene(&before, base, &mut known)?.triangles.len();
         let mut files = before;

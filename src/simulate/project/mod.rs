@@ -122,7 +122,8 @@ impl Project {
         let entries = document.parse()?;
         let mut top = Table::top(&document, &entries);
         let weather = WeatherSection::read(top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?)?;
-        let (scene, model) = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
+        let (scene, model) =
+            SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
         let mut windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
         let mut sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
         let mut views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;

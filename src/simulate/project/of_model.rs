@@ -110,7 +110,11 @@ mod tests {
         let write = |more: &str| {
             let model = scenes().join("honeybee_room/room.hbjson");
             let (model, weather) = (model.display(), scenes().join("office/weather/new_york.wea"));
-            let text = format!("[weather]\nfile = \"{}\"\n[scene]\nmodel = \"{model}\"\n{}", weather.display(), more.replace("MODEL", &model.to_string()));
+            let text = format!(
+                "[weather]\nfile = \"{}\"\n[scene]\nmodel = \"{model}\"\n{}",
+                weather.display(),
+                more.replace("MODEL", &model.to_string())
+            );
             std::fs::write(folder.path().join("p.toml"), text).unwrap();
             Project::read(&folder.path().join("p.toml"))
         };

@@ -146,7 +146,9 @@ impl<'d, 'a> Table<'d, 'a> {
         // Of `room.hbjson#south` the file has to be there.
         match std::fs::metadata(split_part(&path).0) {
             // A model may be the folder that Honeybee writes for Radiance.
-            Ok(m) if m.is_dir() && Format::of(&split_part(&path).0) != Format::Honeybee => Err(self.error(key, format!("'{text}' is a folder, not a file"))),
+            Ok(m) if m.is_dir() && Format::of(&split_part(&path).0) != Format::Honeybee => {
+                Err(self.error(key, format!("'{text}' is a folder, not a file")))
+            }
             Ok(_) => Ok(path),
             Err(e) => {
                 let wanted = path.display();

@@ -34,7 +34,8 @@ impl ViewSection {
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let name = name(&mut table, "add name = \"desk\" or the like")?;
         let file = table.required_path("file", "add file = \"….vf\": a file with a line of view options")?;
-        let view = scene::read_model_view(&file, &mut Warnings::new())?.map(|o| view_of_options(&o).map_err(|e| e.file(&file))).transpose()?;
+        let view =
+            scene::read_model_view(&file, &mut Warnings::new())?.map(|o| view_of_options(&o).map_err(|e| e.file(&file))).transpose()?;
         let resolution = resolution(&mut table)?.unwrap_or(DEFAULT_RESOLUTION);
         let given = GivenPictures::read(&mut table)?;
         let place = table.place("resolution");
