@@ -6,6 +6,8 @@ mod devices;
 mod falsecolor;
 mod glare;
 mod matrix;
+mod matrix_args;
+mod matrix_coefficients;
 mod matrix_picture;
 mod matrix_sun;
 mod multiply;
@@ -26,7 +28,7 @@ use std::process::ExitCode;
 
 /// Annual daylight and glare simulation of rooms with complex windows, on any GPU.
 #[derive(Parser)]
-#[command(name = "lucarne", version, about, propagate_version = true, allow_negative_numbers = true)]
+#[command(name = "lucarne", version, about, propagate_version = true, after_help = progress::EXIT_CODES, allow_negative_numbers = true)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,

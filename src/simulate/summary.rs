@@ -32,7 +32,9 @@ pub struct Summary {
     pub seed: u32,
     /// Phases of the method.
     pub phases: u32,
-    /// Why as many.
+    /// Method of the sensors, with its formula; pictures and glare have as many phases as `phases` says.
+    pub sensors_method: String,
+    /// Why.
     pub phases_because: String,
     /// Suns of the five-phase method; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -20,6 +20,8 @@
 mod doubts;
 mod options;
 #[cfg(test)]
+mod radiance_tests;
+#[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@
 use super::GlazedWindow;
 use crate::bins::ReinhartSky;
 use crate::kernels::trace::reference::{Estimate, Met, Random, meet, scatter};
-use crate::scene::{Material, MaterialIndex, Scene, Triangle};
+use crate::scene::{Material, MaterialIndex, MaterialKind, Scene, Triangle};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -56,7 +56,7 @@ pub fn coefficient_row(
                     if reflections >= bounces {
                         break;
                     }
-                    direct &= !s.diffuse && s.direction == direction;
+                    direct &= matches!(material, MaterialKind::Glass { .. }) && s.direction == direction;
                     origin += direction * distance;
                     direction = s.direction;
                     (0..3).for_each(|c| weight[c] *= s.weight[c]);

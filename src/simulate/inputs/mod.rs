@@ -23,7 +23,7 @@ use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
-use crate::scene::{self, Scene, Window};
+use crate::scene::{self, GlazedWindow, Scene, Window};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::method::{Choice, Glazing};
 use crate::simulate::project::{Project, SensorsSection};
@@ -89,7 +89,7 @@ impl Inputs {
     /// from every sensor.
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
         let glazing = glazing::glazing(project)?;
-        project.check_phases(project.method.choice(&project.windows, &glazing).phases)?;
+        project.check_phases(project.choice(&glazing).phases)?;
         let weather = Weather::read(&project.weather.file, warnings)?;
         check_steps(project, &weather, warnings)?;
         let mut scene = read_scene(project, warnings)?;
@@ -106,11 +106,14 @@ impl Inputs {
             warnings.push(Error::new("matrices made elsewhere count as exact: their noise is not in the estimated error"));
         }
         let everywhere: Vec<Sensor> = sensors.iter().flat_map(|g| &g.sensors).copied().collect();
-        check_sides(&windows, &everywhere, warnings)?;
+        let direct = project.choice(&glazing).direct;
+        check_sides(&windows, &everywhere, direct, warnings)?;
         let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
-        mirrors::warn(&scene, &plain, warnings);
-        let seem_dark = reach::seem_dark(&scene, &plain, &sensors);
-        reach::warn(&sensors, &seem_dark, warnings);
+        if !windows.is_empty() {
+            mirrors::warn(&scene, &plain, warnings);
+        }
+        let seem_dark = reach::seem_dark(&scene, if direct { reach::Light::Sky } else { reach::Light::Windows(&plain) }, &sensors);
+        reach::warn(&sensors, &seem_dark, direct, warnings);
         models::warn(project, warnings)?;
         let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing };
         inputs.check_suns(project, warnings)?;
@@ -167,7 +170,7 @@ impl Inputs {
 
     /// The number of phases of a project with these windows, and why.
     pub fn choice(&self, project: &Project) -> Choice {
-        project.method.choice(&project.windows, &self.glazing)
+        project.choice(&self.glazing)
     }
 
     /// The division of the sky of a project with these windows.
@@ -201,14 +204,20 @@ impl Inputs {
         self.sensors.iter().flat_map(|g| &g.sensors).copied().collect()
     }
 
+    /// Windows of clear glass.
+    pub(crate) fn glazed(&self) -> Vec<GlazedWindow> {
+        self.windows.iter().filter_map(|w| Some(GlazedWindow { window: w.window.clone(), pane: w.glass? })).collect()
+    }
+
     /// The suns of a project.
     ///
     /// # Errors
     /// As [`SunSet::new`].
     pub(crate) fn sun_set(&self, project: &Project) -> Result<SunSet> {
-        // Without windows no sun is taken for unreachable.
-        let windows: Vec<Window> = if project.quality.prune { self.sunny_windows() } else { Vec::new() };
-        SunSet::new(&self.weather, project.method.suns, &windows)
+        let choice = self.choice(project);
+        // Without windows no sun is taken for unreachable. Sensors may see the sky by no window.
+        let windows: Vec<Window> = if project.quality.prune && !choice.direct { self.sunny_windows() } else { Vec::new() };
+        SunSet::new(&self.weather, project.method.suns_of(&choice), &windows)
     }
 
     /// Windows through which suns are traced, by their shade or their scattering data.

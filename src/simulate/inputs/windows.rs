@@ -179,7 +179,7 @@ pub fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
 
 /// Sensors must see some window from its room side, or the normals point the wrong way. Windows that no sensor
 /// sees so may be those of other rooms: they are named.
-pub(super) fn check_sides(windows: &[ProjectWindow], sensors: &[Sensor], warnings: &mut Warnings) -> Result<()> {
+pub(super) fn check_sides(windows: &[ProjectWindow], sensors: &[Sensor], direct: bool, warnings: &mut Warnings) -> Result<()> {
     if sensors.is_empty() {
         return Ok(());
     }
@@ -194,7 +194,8 @@ pub(super) fn check_sides(windows: &[ProjectWindow], sensors: &[Sensor], warning
         let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
         let place = format!("window '{}' at {:.3} {:.3} {:.3}", window.name, middle.x, middle.y, middle.z);
         let told = |text: String| Error::new(text).file(&window.window.origin.file).line(window.window.origin.line);
-        if behind.len() == windows.len() {
+        // Sensors outdoors are behind all windows.
+        if behind.len() == windows.len() && !direct {
             return Err(told(format!("{place} faces the wrong way: every sensor is behind it"))
                 .help("its normal must point into the room: reverse the order of its vertices"));
         }

@@ -12,19 +12,28 @@ use crate::simulate::inputs::{SensorGroup, import, split};
 use crate::simulate::plan::presets::{pane_options, sun_options};
 use crate::simulate::store::fingerprint::Fingerprint;
 
+/// Where the sun comes in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// By the windows whose sun is traced.
+    Windows,
+    /// Wherever the scene with its panes leaves it in.
+    Anywhere,
+}
+
 /// Sun matrix of these sensors, kept per group as `C_GROUP`, or that of an earlier run, and whether
 /// it was traced now.
 ///
 /// # Errors
 /// Failures of device and file system, or when stopped.
-pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet) -> Result<(SunMatrix, bool)> {
+pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet, way: Way) -> Result<(SunMatrix, bool)> {
     let (project, inputs) = (context.project, context.inputs);
     let mut fingerprint = context.scene_fingerprint("C");
     let shaded = inputs.shaded_windows();
     let panes = inputs.pane_windows();
     let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
     let options = sun_options(project);
-    fingerprint.add(&sensors).add(&options).add(&suns.suns);
+    fingerprint.add(&sensors).add(&options).add(&suns.suns).add(&way);
     for (window, corners) in &shaded {
         fingerprint.add(&(&window.triangles, &window.frame)).add(corners);
     }
@@ -45,7 +54,9 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
         return Ok((matrix, false));
     }
     let scene = black_model(&inputs.scene, inputs.shades());
-    let mut matrix = if shaded.is_empty() {
+    let mut matrix = if way == Way::Anywhere {
+        compute(context.device, &scene, Openings::Anywhere, &sensors, &suns.suns, &options, context.progress)?
+    } else if shaded.is_empty() {
         SunMatrix::zeros(sensors.len(), suns.suns.len())
     } else {
         compute(context.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, context.progress)?

@@ -127,7 +127,7 @@ fn write(
     [pixels, suns]: [usize; 2],
     pictures: &mut dyn FnMut(&mut dyn Write, &dyn Fn(std::io::Error) -> Error) -> Result<()>,
 ) -> Result<()> {
-    crate::files::write_atomically(path, |out| {
+    crate::files::seal::write_sealed(path, |out| {
         let fault = |e: std::io::Error| Error::io(path, &e);
         write_head(out, inputs, &all.hours, [pixels, suns]).map_err(fault)?;
         pictures(out, &fault)

@@ -13,7 +13,9 @@ const FACTOR: f64 = 1.5;
 
 fn shipped() -> Vec<PathBuf> {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    ["asymmetric/project.toml", "office/project_gltf.toml", "office/project.toml", "blinds/project.toml"].map(|p| scenes.join(p)).into()
+    ["glass_room/project.toml", "asymmetric/project.toml", "office/project_gltf.toml", "office/project.toml", "blinds/project.toml"]
+        .map(|p| scenes.join(p))
+        .into()
 }
 
 #[test]
@@ -40,6 +42,7 @@ fn the_rays_of_every_phase_are_those_foretold() {
             let run = match (kind, name) {
                 // Groups are traced together.
                 ("V", "sensors") => counted("V", &groups[..1]),
+                ("DC", "sensors") => counted("DC", &groups[..1]),
                 ("Cds", "sensors") => counted("C", &groups[..1]),
                 ("suns", view) => counted("suns", &[view]),
                 (kind, name) => counted(kind, &[name]),

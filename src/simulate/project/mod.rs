@@ -29,8 +29,8 @@
 //! [images]
 //! hours = "daylight"                  # "daylight" | "none" | [1164, 1929], hours of the year from 0
 //! [method]
-//! phases = "auto"                     # "auto" | 2 | 3 | 5
-//! suns = 6                            # of five phases: Reinhart MF, or "hourly"
+//! phases = "auto"                     # "auto" | "direct" | 2 | 3 | 5
+//! suns = 6                            # Reinhart MF, or "hourly": left out, five phases have 6, direct ones hourly
 //! sky_subdivision = "auto"            # as the glazing asks (MF:4, diffuse panels MF:2), or Reinhart MF:1 … 6
 //! bounces = 4                         # left out: not truncated (Russian roulette)
 //! [quality]
@@ -62,7 +62,7 @@ pub mod views;
 pub use self::document::Place;
 use self::document::Places;
 use self::glare::GlareSection;
-use self::method::MethodSection;
+use self::method::{Asked, Choice, Glazing, MethodSection};
 use self::model::NamedModel;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
@@ -112,6 +112,11 @@ impl Project {
         Self::parse(file, &text)
     }
 
+    /// The method that a run follows, whose windows have this glazing.
+    pub fn choice(&self, glazing: &Glazing) -> Choice {
+        self.method.choice(asked(&self.windows, &self.sensors), glazing)
+    }
+
     /// The folder its paths are relative to.
     pub fn folder(&self) -> &Path {
         self.file.parent().unwrap_or(Path::new(""))
@@ -144,10 +149,13 @@ impl Project {
                 views = model.views()?;
             }
         }
-        let method = MethodSection::read(top.table("method")?, &windows)?;
+        let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
-        if windows.is_empty() {
-            return Err(top.missing_section("window", "add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")"));
+        if windows.is_empty() && !views.is_empty() {
+            return Err(top.missing_section(
+                "window",
+                "pictures and glare need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
+            ));
         }
         if sensors.is_empty() && views.is_empty() {
             return Err(top.missing_section("sensors", "add [[sensors]] with name and points, or [[view]] with name and file"));
@@ -175,6 +183,11 @@ impl Project {
         project.states_match()?;
         Ok(project)
     }
+}
+
+fn asked<'a>(windows: &'a [WindowSection], sensors: &[SensorsSection]) -> Asked<'a> {
+    let given = windows.iter().any(|w| w.daylight.is_some()) || sensors.iter().any(|s| s.view.is_some() || s.sun.is_some());
+    Asked { windows, sensors: !sensors.is_empty(), given }
 }
 
 fn unique<'n>(top: &Table<'_, '_>, section: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {

@@ -65,13 +65,16 @@ pub fn knobs(project: &Project, inputs: &Inputs) -> Vec<Knob> {
     all.extend([1, 2, 4].map(Knob::Bounces));
     let bins = inputs.windows.iter().map(|w| w.window.basis.len()).max().unwrap_or(0);
     let coarser = [KlemsBasis::Half, KlemsBasis::Quarter].into_iter().filter(|b| AngleBasis::from(*b).len() < bins);
-    all.extend(coarser.map(Knob::Basis));
+    // Sensors that see the sky itself know no bins.
+    if !inputs.choice(project).direct || project.glare.is_some() {
+        all.extend(coarser.map(Knob::Basis));
+    }
     all.extend([(1, 1.0 / 16.0), (1, 1.0), (2, 1.0)].map(|(n, scale)| Knob::Sky(n, scale)));
     if !project.views.is_empty() && project.glare.is_some() {
         all.extend([0.5, 2.0].map(Knob::Picture));
     }
     if inputs.choice(project).phases == 5 {
-        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns]);
+        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns].into_iter().skip(usize::from(inputs.windows.is_empty())));
     }
     all
 }
