@@ -5,7 +5,7 @@ use crate::bins::{AngleBasis, KlemsBasis};
 use crate::bsdf::{self, Bsdf};
 use crate::error::{Error, Result, Warnings};
 use crate::scene::pane::REFRACTION_INDEX;
-use crate::scene::{MaterialKind, Pane, rad};
+use crate::scene::{MaterialKind, rad};
 use glam::DVec3;
 use std::cell::RefCell;
 use std::collections::HashMap;

@@ -247,9 +247,14 @@ impl<'a, 'w> Reader<'a, 'w> {
             Kind::Material(_) => return self.surface(node, face, &modifier),
         };
         if let (Some(what), true) = (light, outdoors) {
-            let told = node
-                .error(format!("its modifier '{}' is {what}: the light that passes it from outside does not count", modifier.identifier));
-            self.warn(told.help("give it a Glass or BSDF modifier; 'lucarne bsdf isotropic' makes scattering data of a diffusing pane"));
+            let told = node.error(format!(
+                "its modifier '{}' is {what}: light that passes it from outside counts only for sensors that follow light straight to the sky",
+                modifier.identifier
+            ));
+            self.warn(told.help(
+                "they do where all windows are of glass (phases = \"direct\"); else give it a Glass or BSDF modifier: 'lucarne bsdf isotropic' \
+                 makes data of a diffusing pane",
+            ));
         }
         if !outdoors || light.is_some() {
             return self.surface(node, face, &modifier);
