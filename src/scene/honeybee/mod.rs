@@ -12,6 +12,9 @@
 //!
 //! **Units** become metres. **States** of dynamic groups: the first counts, and a warning names the groups.
 //!
+//! Scattering data have their front outside, as WINDOW writes them; in the static scene of honeybee-radiance, where
+//! the polygon looks outside, Radiance turns them round, and a warning says so.
+//!
 //! Messages name the object by its place in the file, identifier and display name: `rooms[0].faces[3]
 //! 'Office_South' (South wall)`.
 //!
