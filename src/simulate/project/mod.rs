@@ -150,7 +150,7 @@ impl Project {
         if let (Some(place), Some(file)) = (model, scene.files.last()) {
             let model = NamedModel::read(file, place)?;
             if windows.is_empty() {
-                windows = model.windows()?;
+                windows = model.windows();
             }
             if sensors.is_empty() && views.is_empty() {
                 sensors = model.sensors();
