@@ -135,7 +135,7 @@ impl Scene {
         };
         let kind = self.triangles.iter().find(|t| t.surface == surface).map(|t| self.materials[t.material.0 as usize].kind);
         let fault = match kind {
-            Some(MaterialKind::Glass { .. } | MaterialKind::Trans { .. }) => Fault::Filters,
+            Some(MaterialKind::Glass { .. } | MaterialKind::Trans { .. } | MaterialKind::Lobes(_)) => Fault::Filters,
             _ => Fault::Hides,
         };
         let side = if cover.distance > 0.0 { "inside" } else { "outside" };
