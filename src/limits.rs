@@ -9,6 +9,9 @@ pub(crate) const NESTED_FILES: usize = 64;
 /// Patterns, mixtures and materials that modify each other.
 pub(crate) const NESTED_MODIFIERS: usize = 256;
 
+/// Sensors that are spread over one plane.
+pub(crate) const GRID_POINTS: usize = 1 << 20;
+
 /// Nodes of a glTF file inside each other.
 pub(crate) const NESTED_NODES: usize = 128;
 

@@ -5,6 +5,7 @@
 
 mod files;
 pub mod gltf;
+pub mod grid;
 pub(crate) mod pane;
 pub mod points;
 pub(crate) mod polygon;

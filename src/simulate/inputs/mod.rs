@@ -1,6 +1,7 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 pub(crate) mod glazing;
+pub(crate) mod grids;
 pub(crate) mod import;
 pub mod mirrors;
 pub(crate) mod reach;
@@ -24,7 +25,7 @@ use crate::scene::points::Sensor;
 use crate::scene::{self, Scene, Window};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::method::{Choice, Glazing};
-use crate::simulate::project::{Project, SensorsSection};
+use crate::simulate::project::{Project, SensorPoints, SensorsSection};
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::weather::Weather;
 use glam::DVec3;
@@ -99,15 +100,15 @@ impl Inputs {
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
-        let sensors = project.sensors.iter().map(|s| read_group(s, bins, warnings)).collect::<Result<Vec<_>>>()?;
+        let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
+        let sensors = project.sensors.iter().map(|s| read_group(project, s, &scene, &plain, bins, warnings)).collect::<Result<Vec<_>>>()?;
         if project.windows.iter().any(|w| w.daylight.is_some()) || project.sensors.iter().any(|s| s.view.is_some() || s.sun.is_some()) {
             warnings.push(Error::new("matrices made elsewhere count as exact: their noise is not in the estimated error"));
         }
         let everywhere: Vec<Sensor> = sensors.iter().flat_map(|g| &g.sensors).copied().collect();
         check_sides(&windows, &everywhere, warnings)?;
-        let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
         mirrors::warn(&scene, &plain, warnings);
-        let seem_dark = reach::seem_dark(&scene, &plain, &sensors);
+        let seem_dark = reach::seem_dark(&scene, &plain, &everywhere);
         reach::warn(&sensors, &seem_dark, warnings);
         let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing };
         inputs.check_suns(project, warnings)?;
@@ -287,9 +288,20 @@ pub fn read_scene(project: &Project, warnings: &mut Warnings) -> Result<Scene> {
     scene::read_scene(&files, base, warnings)
 }
 
-fn read_group(section: &SensorsSection, bins: usize, warnings: &mut Warnings) -> Result<SensorGroup> {
-    let sensors = scene::read_sensors(&section.points, Some(&section.name), warnings)?;
+fn read_group(
+    project: &Project,
+    section: &SensorsSection,
+    scene: &Scene,
+    windows: &[Window],
+    bins: usize,
+    warnings: &mut Warnings,
+) -> Result<SensorGroup> {
+    let sensors = grids::sensors(project, section, scene, windows, warnings)?;
     let shape = "V has a row per sensor and a column per bin of all windows, in the project's order";
     let view = section.view.as_ref().map(|v| Imported::load(v, sensors.len(), bins, shape)).transpose()?;
-    Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors, view, sun: section.sun.clone() })
+    let file = match &section.points {
+        SensorPoints::File(file) | SensorPoints::OverFile(file, _) => file.clone(),
+        SensorPoints::OverSurface(..) => project.file.clone(),
+    };
+    Ok(SensorGroup { name: section.name.clone(), file, sensors, view, sun: section.sun.clone() })
 }

@@ -14,7 +14,11 @@
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
 //! [[sensors]]                         # any number
 //! name = "workplane"
-//! points = "points.txt"
+//! points = "points.txt"               # or, spread over a material, a named surface or a file of polygons:
+//! # surface = "Floor"
+//! # spacing = 0.5
+//! # height = 0.8                      # above it; left out: 0.8
+//! # margin = 0.5                      # from its edge; left out: 0
 //! [[view]]                            # any number
 //! name = "desk"
 //! file = "views/fish.vf"
@@ -61,7 +65,7 @@ use self::glare::GlareSection;
 use self::method::MethodSection;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
-pub(crate) use self::sections::{SceneSection, SensorsSection, WeatherSection, WindowSection};
+pub(crate) use self::sections::{SceneSection, SensorPoints, SensorsSection, WeatherSection, WindowSection};
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};

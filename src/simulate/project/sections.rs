@@ -3,6 +3,7 @@
 use super::given::ImportSection;
 use super::table::{Table, name};
 use crate::error::Result;
+use crate::scene::grid::Spread;
 use std::path::PathBuf;
 
 /// `[weather]`: where the hours come from.
@@ -39,13 +40,24 @@ pub struct WindowSection {
     pub daylight: Option<ImportSection>,
 }
 
+/// Where the sensors of a group are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SensorPoints {
+    /// `points`: a file of `x y z dx dy dz` lines.
+    File(PathBuf),
+    /// `surface = "floor.rad"`: over the polygons of a file.
+    OverFile(PathBuf, Spread),
+    /// `surface = "floor"`: over surfaces of the scene of this material or name.
+    OverSurface(String, Spread),
+}
+
 /// One `[[sensors]]`: a group of sensors with one result file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorsSection {
     /// Name of the group, and of its result files.
     pub name: String,
-    /// File of `x y z dx dy dz` lines.
-    pub points: PathBuf,
+    /// Where they are.
+    pub points: SensorPoints,
     /// V and Vd made elsewhere.
     pub view: Option<ImportSection>,
     /// Cds made elsewhere.
@@ -104,10 +116,46 @@ impl WindowSection {
     }
 }
 
+/// Height of a work plane.
+const WORK_PLANE: f64 = 0.8;
+
+impl SensorPoints {
+    fn read(table: &mut Table<'_, '_>) -> Result<Self> {
+        let surface = table.string("surface")?;
+        let spacing = table.number("spacing", 1e-3..=1e6)?;
+        let height = table.number("height", 0.0..=1e6)?;
+        let margin = table.number("margin", 0.0..=1e6)?;
+        let Some(surface) = surface else {
+            let help = "add points = \"….txt\" with a line 'x y z dx dy dz' per sensor, or surface = \"floor\" with spacing = 0.5";
+            let file = table.required_path("points", help)?;
+            if let Some((key, _)) = [("spacing", spacing), ("height", height), ("margin", margin)].iter().find(|(_, v)| v.is_some()) {
+                return Err(table
+                    .error(key, format!("'{key}' spreads sensors over a surface, but 'points' lists them"))
+                    .help("give 'surface' in place of 'points', or take this out"));
+            }
+            return Ok(Self::File(file));
+        };
+        if table.path("points")?.is_some() {
+            return Err(table
+                .error("surface", "sensors are either listed in 'points' or spread over a 'surface'")
+                .help("take one of the two out"));
+        }
+        let Some(spacing) = spacing else {
+            return Err(table
+                .error("surface", "sensors over a surface need their 'spacing'")
+                .help("add spacing = 0.5 or the like, in the scene's unit"));
+        };
+        let spread = Spread { spacing, height: height.unwrap_or(WORK_PLANE), margin: margin.unwrap_or(0.0) };
+        let is_file = ["rad", "gltf", "glb", "obj"].iter().any(|e| surface.to_lowercase().ends_with(&format!(".{e}")));
+        let file = if is_file { table.path("surface")? } else { None };
+        Ok(file.map_or(Self::OverSurface(surface, spread), |file| Self::OverFile(file, spread)))
+    }
+}
+
 impl SensorsSection {
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let name = name(&mut table, "add name = \"workplane\" or the like")?;
-        let points = table.required_path("points", "add points = \"….txt\" with a line 'x y z dx dy dz' per sensor")?;
+        let points = SensorPoints::read(&mut table)?;
         let view = ImportSection::read(&mut table, "view", "view_direct")?;
         let sun = table.path("sun")?;
         table.finish()?;
