@@ -1,6 +1,7 @@
 //! The sky matrix S: radiance of the sky's patches and of the ground for every hour of a weather
 //! file, exactly as Radiance's `gendaymtx` makes it.
 
+pub mod cie;
 mod patches;
 pub(crate) mod perez;
 

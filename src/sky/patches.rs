@@ -38,6 +38,11 @@ impl Patches {
         Self { centres, solid_angles: (0..sky.len()).map(|i| rounded(sky.solid_angle(i))).collect(), rows }
     }
 
+    /// Direction towards the middle of a bin.
+    pub(super) fn centre(&self, bin: usize) -> DVec3 {
+        self.centres[bin]
+    }
+
     /// Number of bins, the ground included.
     pub(super) fn len(&self) -> usize {
         self.centres.len()
