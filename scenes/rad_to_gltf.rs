@@ -6,7 +6,8 @@
 //!     --window windows/vision.rad --window windows/clerestory.rad --sensors workplane.txt --sensors eyes.txt
 //! ```
 
-use lucarne::scene::gltf::{self, SensorGrid};
+use lucarne::scene::gltf;
+use lucarne::scene::points::SensorGrid;
 use lucarne::scene::{points, rad};
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};

@@ -4,11 +4,10 @@
 // of light through the bin, uniform in projected solid angle. What is left of it when it leaves
 // the scene is added to the sky patch of its direction. The mean over a bin's paths is a row of D.
 
-import package::generated::{DaylightParams, FAR_AWAY, MATERIAL_GLASS, MOST_PATH_SEGMENTS};
+import package::generated::{DaylightParams};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::bvh::{closest_hit, leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
-import package::shared::sky::{sky_bin};
+import package::shared::bvh::{offset_from_surface};
+import package::shared::outside::{follow_outside, Outdoors, NO_PATCH};
 import package::shared::window::{windows, window_point, window_bin_direction};
 import package::shared::counters::{counters, count_finished};
 
@@ -38,54 +37,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let seed = hash_combine(params.seed, bin);
     let window = windows[params.window];
     // The window itself absorbs what comes back to it.
-    var position = offset_from_surface(window_point(window, sample_pair(index, 0u, seed)), -window.z);
-    var direction = -window_bin_direction(window, bin, sample_pair(index, 1u, seed));
-    var weight = vec3<f32>(1.0);
-    var bounces = 0u;
-    // Neither scattered nor mirrored so far: panes only.
-    var direct = true;
-    var ended = false;
-    var segment = 0u;
-    for (; segment < MOST_PATH_SEGMENTS; segment++) {
-        let hit = closest_hit(position, direction, FAR_AWAY);
-        if hit.triangle == NO_TRIANGLE {
-            deposit(bin, direct, sky_bin(direction, params.row_height, params.sky_rows), weight);
-            ended = true;
-            break;
-        }
-        let normal = triangle_normal(hit.triangle);
-        let front = dot(normal, direction) < 0.0;
-        let facing = select(-normal, normal, front);
-        let choices = sample_pair(index, 2u + segment * 3u, seed);
-        let slope = sample_pair(index, 3u + segment * 3u, seed);
-        let material = materials[triangle_material(hit.triangle)];
-        let event = scatter(material, direction, facing, front, choices.x, slope);
-        direct = direct && material.kind == MATERIAL_GLASS && event.transmitted;
-        weight *= event.weight;
-        if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {
-            ended = true;
-            break;
-        }
-        let side = select(facing, -facing, event.transmitted);
-        direction = event.direction;
-        if event.lobe == LOBE_DIFFUSE {
-            bounces += 1u;
-            if bounces > params.most_bounces {
-                ended = true;
-                break;
-            }
-            direction = cosine_direction(side, slope);
-        }
-        let strength = largest(weight);
-        if strength < params.roulette_weight {
-            if choices.y * params.roulette_weight >= strength {
-                ended = true;
-                break;
-            }
-            weight *= params.roulette_weight / strength;
-        }
-        position = leave_surface(hit, side);
+    let position = offset_from_surface(window_point(window, sample_pair(index, 0u, seed)), -window.z);
+    let direction = -window_bin_direction(window, bin, sample_pair(index, 1u, seed));
+    let outdoors = Outdoors(params.sky_rows, params.row_height, params.most_bounces, params.roulette_weight);
+    let path_outside = follow_outside(position, direction, index, 2u, seed, outdoors);
+    if path_outside.patch_index != NO_PATCH {
+        deposit(bin, path_outside.direct, path_outside.patch_index, path_outside.weight);
     }
-    atomicAdd(&counters.segments, segment + 1u);
-    count_finished(ended || segment == MOST_PATH_SEGMENTS);
+    atomicAdd(&counters.segments, path_outside.segments);
+    count_finished(path_outside.ended);
 }

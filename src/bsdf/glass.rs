@@ -70,12 +70,20 @@ impl Pane {
     /// # Errors
     /// Unknown names and keys, missing or impossible values, faulty files.
     pub fn parse(text: &str) -> Result<Self> {
+        Self::parse_in(Path::new(""), text)
+    }
+
+    /// The same with files relative to a folder.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_in(folder: &Path, text: &str) -> Result<Self> {
         if let Some(pane) = named(text) {
             return Ok(pane);
         }
-        let path = Path::new(text);
+        let path = folder.join(text);
         if !text.contains('=') && (path.exists() || path.extension().is_some()) {
-            let measured = spectrum::read_pane(path)?;
+            let measured = spectrum::read_pane(&path)?;
             let name = if measured.name.is_empty() { text.to_string() } else { measured.name };
             return Ok(Self { name, thickness: measured.thickness, coated: measured.coated, values: Values::Spectral(measured.spectrum) });
         }

@@ -13,6 +13,9 @@
 
 mod operator;
 mod stack;
+mod words;
+
+pub use words::{LayerWords, read_layers};
 
 use super::glass::{Pane, Values};
 use super::spectrum::{self, VISIBLE_RANGE, VISIBLE_SHARE, beyond_visible};
@@ -109,9 +112,6 @@ pub struct Absorptance {
 /// No layers; a layer without transmission or reflection data in every band; layers whose
 /// reflections would make up energy.
 pub fn combine(layers: &[Layer], basis: &AngleBasis, warnings: &mut Warnings) -> Result<System> {
-    if layers.is_empty() {
-        return Err(Error::new("a system needs at least one layer"));
-    }
     let mut wanted = [true; 2];
     for (k, band) in BANDS.into_iter().enumerate() {
         if let Some(missing) = layers.iter().position(|l| !l.has()[k]) {
@@ -125,6 +125,25 @@ pub fn combine(layers: &[Layer], basis: &AngleBasis, warnings: &mut Warnings) ->
     }
     if wanted == [false; 2] {
         return Err(Error::new("no band is complete in all layers"));
+    }
+    combine_bands(layers, basis, wanted)
+}
+
+/// Combines layers, outermost first, for visible light alone.
+///
+/// # Errors
+/// As [`combine`], and a layer without visible data.
+pub fn combine_visible(layers: &[Layer], basis: &AngleBasis) -> Result<System> {
+    if let Some(missing) = layers.iter().position(|l| !l.has()[0]) {
+        return Err(Error::new(format!("layer {} ({}) has no data of wavelength Visible", missing + 1, layers[missing].name()))
+            .help("use a file with Visible data"));
+    }
+    combine_bands(layers, basis, [true, false])
+}
+
+fn combine_bands(layers: &[Layer], basis: &AngleBasis, wanted: [bool; 2]) -> Result<System> {
+    if layers.is_empty() {
+        return Err(Error::new("a system needs at least one layer").help("name its layers from outside to inside"));
     }
     let prepared: Vec<Prepared> = layers
         .iter()

@@ -6,6 +6,7 @@
 
 mod bases;
 mod document;
+mod embedded;
 
 use super::Bsdf;
 use crate::error::{Error, Result, Warnings};
@@ -21,7 +22,7 @@ const MARKUP_LIMIT: usize = 1 << 20;
 /// Most text before the first element (`Recover using: …` of genBSDF).
 const JUNK_LIMIT: usize = 1 << 20;
 
-/// Reads a BSDF file.
+/// Reads a BSDF file, or what `model.hbjson#modifier` names in a Honeybee model.
 ///
 /// Values are kept as they are, negative ones included. Missing or contradictory headers that can
 /// be understood all the same are warnings.
@@ -30,6 +31,9 @@ const JUNK_LIMIT: usize = 1 << 20;
 /// File, line and element of what is wrong: not a BSDF file, damaged XML, unknown basis, wrong
 /// number of values, values that are not finite numbers, broken trees.
 pub fn read(path: &Path, warnings: &mut Warnings) -> Result<Bsdf> {
+    if let Some((model, name)) = embedded::split(path) {
+        return embedded::read(&model, &name, warnings);
+    }
     let file = File::open(path).map_err(|e| Error::io(path, &e))?;
     if file.metadata().is_ok_and(|m| m.is_dir()) {
         return Err(Error::new("this is a folder, not a BSDF file").file(path));

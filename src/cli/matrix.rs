@@ -1,5 +1,7 @@
 //! `lucarne matrix`: one phase as a Radiance matrix.
 
+use super::matrix_args::TraceArgs;
+use super::matrix_coefficients::{self, CoefficientArgs};
 use super::matrix_picture::{Job, PictureArgs};
 use super::matrix_sun::{self, SunArgs};
 use super::progress::Terminal;
@@ -8,10 +10,8 @@ use lucarne::bins::ReinhartSky;
 use lucarne::gpu::Device;
 use lucarne::kernels::daylight_matrix::{self, DaylightOptions};
 use lucarne::kernels::image_matrix::ImageOptions;
-use lucarne::kernels::trace::{ROULETTE_WEIGHT, TracedMatrix, WindowSurfaces};
+use lucarne::kernels::trace::WindowSurfaces;
 use lucarne::kernels::view_matrix::{self, ViewOptions};
-use lucarne::matrix::Matrix;
-use lucarne::matrix::file::{Format, write_matrix};
 use lucarne::scene::{Scene, Window, read_scene, read_sensors, read_windows};
 use lucarne::simulate::inputs::mirrors;
 use lucarne::{Error, Result, Warnings};
@@ -37,6 +37,13 @@ enum Phase {
     Daylight(DaylightArgs),
     /// Sun matrix Cds: from suns through openings, panes and slats to sensors [sensor][sun].
     Sun(Box<SunArgs>),
+    /// Daylight coefficients C: from the sky's patches through panes of clear glass to sensors [sensor][patch], ground
+    /// first.
+    ///
+    /// What two-phase `rfluxmtx -I+` or `rcontrib` computes with the panes as `glass` in the scene: no bins of
+    /// directions at the windows in between. Times a sky matrix it is irradiance (`dctimestep C.mtx S.mtx`,
+    /// `lucarne multiply`). Panes reflect, on either side; light may leave a room and come back.
+    Coefficients(Box<CoefficientArgs>),
 }
 
 /// What every phase needs.
@@ -50,45 +57,8 @@ struct Common {
     #[arg(long, required = true, value_name = "WINDOW.rad")]
     window: Vec<PathBuf>,
 
-    /// Most diffuse bounces; left out: not truncated
-    #[arg(long = "ab", value_name = "N")]
-    bounces: Option<u32>,
-
-    /// Weight below which Russian roulette ends paths
-    #[arg(long = "lw", value_name = "WEIGHT", default_value_t = ROULETTE_WEIGHT)]
-    roulette_weight: f32,
-
-    /// Seed of the random numbers
-    #[arg(long, default_value_t = 1)]
-    seed: u32,
-
-    /// Independent repetitions, whose spread is the standard error (default 8; 4 for pictures)
-    #[arg(long, value_name = "N")]
-    batches: Option<u32>,
-
-    /// Matrix file; standard output if absent
-    #[arg(short = 'o', value_name = "FILE")]
-    output: Option<PathBuf>,
-
-    /// Also write the part without diffuse bounces (Vd, Dd)
-    #[arg(long, value_name = "FILE")]
-    direct: Option<PathBuf>,
-
-    /// Also write the standard error of each entry
-    #[arg(long, value_name = "FILE")]
-    standard_error: Option<PathBuf>,
-
-    /// Write numbers as text
-    #[arg(long = "oa", conflicts_with = "double")]
-    ascii: bool,
-
-    /// Write 64-bit numbers
-    #[arg(long = "od")]
-    double: bool,
-
-    /// Device: index or part of its name (see `lucarne devices`)
-    #[arg(long)]
-    device: Option<String>,
+    #[command(flatten)]
+    trace: TraceArgs,
 }
 
 #[derive(clap::Args)]
@@ -153,6 +123,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         Phase::View(args) => view(&args, warnings)?,
         Phase::Daylight(args) => daylight(&args, warnings)?,
         Phase::Sun(args) => matrix_sun::run(&args, warnings)?,
+        Phase::Coefficients(args) => matrix_coefficients::run(&args, warnings)?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -167,45 +138,52 @@ fn view(args: &ViewArgs, warnings: &mut Warnings) -> Result<()> {
     let sensors = read_sensors(args.points.as_deref().expect("clap asks for points or a view"), None, warnings)?;
     let default = ViewOptions::default();
     let options = ViewOptions {
-        bounces: common.bounces,
+        bounces: common.trace.bounces,
         light_paths: args.light_paths.unwrap_or(default.light_paths),
         visibility_rays: args.visibility_rays.unwrap_or(default.visibility_rays),
         direct_samples: args.direct_samples,
         near_samples: args.near_samples.unwrap_or(default.near_samples),
-        batches: common.batches.unwrap_or(default.batches),
-        seed: common.seed,
-        roulette_weight: common.roulette_weight,
+        batches: common.trace.batches.unwrap_or(default.batches),
+        seed: common.trace.seed,
+        roulette_weight: common.trace.roulette_weight,
         near_radius: args.near_radius.unwrap_or(default.near_radius),
         ..default
     };
-    let device = Device::open(common.device.as_deref())?;
+    let device = Device::open(common.trace.device.as_deref())?;
     let traced = view_matrix::compute(&device, &scene, &windows, &sensors, &options, &Terminal::new())?;
-    common.write(&traced)
+    common.trace.write(&traced)
 }
 
 fn picture(args: &ViewArgs, file: &Path, scene: &Scene, windows: &[Window]) -> Result<()> {
     let common = &args.common;
-    if common.direct.is_some() || common.standard_error.is_some() || common.ascii || common.double {
+    if common.trace.direct.is_some() || common.trace.standard_error.is_some() || common.trace.ascii || common.trace.double {
         return Err(Error::new("--direct, --standard-error, -oa and -od are for sensors; a picture's view matrix is written as float")
             .help("leave them out, or use --points"));
     }
     let default = ImageOptions::default();
     let options = args.picture.apply(ImageOptions {
-        bounces: common.bounces,
-        batches: common.batches.unwrap_or(default.batches),
+        bounces: common.trace.bounces,
+        batches: common.trace.batches.unwrap_or(default.batches),
         light_paths: args.light_paths.unwrap_or(default.light_paths),
         visibility_rays: args.visibility_rays.unwrap_or(default.visibility_rays),
         near_samples: args.near_samples.unwrap_or(default.near_samples),
         near_radius: args.near_radius.unwrap_or(default.near_radius),
-        roulette_weight: common.roulette_weight,
-        seed: common.seed,
+        roulette_weight: common.trace.roulette_weight,
+        seed: common.trace.seed,
         ..default
     });
     let raster = args.picture.raster(file)?;
-    let device = Device::open(common.device.as_deref())?;
-    let job =
-        Job { device: &device, scene, windows, raster: &raster, options: &options, progress: &Terminal::new(), header: common.header() };
-    job.run(common.output.as_deref().filter(|p| *p != Path::new("-")))
+    let device = Device::open(common.trace.device.as_deref())?;
+    let job = Job {
+        device: &device,
+        scene,
+        windows,
+        raster: &raster,
+        options: &options,
+        progress: &Terminal::new(),
+        header: common.trace.header(),
+    };
+    job.run(common.trace.output.as_deref().filter(|p| *p != Path::new("-")))
 }
 
 fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
@@ -217,17 +195,17 @@ fn daylight(args: &DaylightArgs, warnings: &mut Warnings) -> Result<()> {
     };
     let sky = ReinhartSky::new(args.subdivision).map_err(|e| e.field("-m"))?;
     let options = DaylightOptions {
-        bounces: common.bounces,
+        bounces: common.trace.bounces,
         paths: args.paths,
-        batches: common.batches.unwrap_or(DaylightOptions::default().batches),
-        seed: common.seed,
-        roulette_weight: common.roulette_weight,
+        batches: common.trace.batches.unwrap_or(DaylightOptions::default().batches),
+        seed: common.trace.seed,
+        roulette_weight: common.trace.roulette_weight,
         own_window: if args.hole { WindowSurfaces::Open } else { WindowSurfaces::Absorb },
         ..DaylightOptions::default()
     };
-    let device = Device::open(common.device.as_deref())?;
+    let device = Device::open(common.trace.device.as_deref())?;
     let traced = daylight_matrix::compute(&device, &scene, window, sky, &options, &Terminal::new())?;
-    common.write(&traced)
+    common.trace.write(&traced)
 }
 
 impl Common {
@@ -242,25 +220,5 @@ impl Common {
         let (windows, others) = (read(&self.window)?, read(others)?);
         scene.set_windows(&[windows.as_slice(), &others].concat(), warnings)?;
         Ok((scene, windows))
-    }
-
-    fn header(&self) -> Vec<String> {
-        vec![std::env::args().collect::<Vec<_>>().join(" "), format!("SOFTWARE= Lucarne {}", env!("CARGO_PKG_VERSION"))]
-    }
-
-    fn write(&self, traced: &TracedMatrix) -> Result<()> {
-        let format = match (self.ascii, self.double) {
-            (true, _) => Format::Ascii,
-            (_, true) => Format::Double,
-            _ => Format::Float,
-        };
-        let header = self.header();
-        let also = |path: &Option<PathBuf>, matrix: &Matrix<f32>| match path {
-            Some(path) => write_matrix(Some(path), matrix, format, &header),
-            None => Ok(()),
-        };
-        also(&self.direct, &traced.direct)?;
-        also(&self.standard_error, &traced.standard_error)?;
-        write_matrix(self.output.as_deref().filter(|p| *p != Path::new("-")), &traced.total, format, &header)
     }
 }

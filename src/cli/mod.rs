@@ -6,24 +6,29 @@ mod devices;
 mod falsecolor;
 mod glare;
 mod matrix;
+mod matrix_args;
+mod matrix_coefficients;
 mod matrix_picture;
 mod matrix_sun;
 mod multiply;
 mod plan;
 mod progress;
 mod run;
+mod scene;
 mod sky;
 mod tradeoff;
 mod view;
 mod viewer;
 
 use clap::{Parser, Subcommand};
-use lucarne::{Result, Warnings};
+use lucarne::simulate::Project;
+use lucarne::{Error, Result, Warnings};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Annual daylight and glare simulation of rooms with complex windows, on any GPU.
 #[derive(Parser)]
-#[command(name = "lucarne", version, about, propagate_version = true, allow_negative_numbers = true)]
+#[command(name = "lucarne", version, about, propagate_version = true, after_help = progress::EXIT_CODES, allow_negative_numbers = true)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -35,6 +40,8 @@ enum Verb {
     Bsdf(bsdf::Args),
     /// One phase of the matrix methods: view matrix V or daylight matrix D (as rfluxmtx).
     Matrix(matrix::Args),
+    /// What scene files hold, and what looks wrong with them.
+    Scene(scene::Args),
     /// Sky matrix from a weather file (as gendaymtx).
     Sky(sky::Args),
     /// Product of matrices V·T·D·S (as dctimestep).
@@ -62,6 +69,7 @@ pub fn main() -> ExitCode {
     let result: Result<ExitCode> = match cli.verb {
         Verb::Bsdf(args) => bsdf::run(args, &mut warnings),
         Verb::Matrix(args) => matrix::run(args, &mut warnings),
+        Verb::Scene(args) => scene::run(args, &mut warnings),
         Verb::Sky(args) => sky::run(args, &mut warnings),
         Verb::Multiply(args) => multiply::run(args, &mut warnings),
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
@@ -79,6 +87,19 @@ pub fn main() -> ExitCode {
             eprintln!("lucarne: error: {error}");
             progress::failure(&error)
         }
+    }
+}
+
+/// The project of a project file, or of a Honeybee model with its weather.
+fn project(file: &Path, weather: Option<&Path>, folder: Option<&Path>) -> Result<Project> {
+    let is_model = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("hbjson") || e.eq_ignore_ascii_case("hbpkl"));
+    match (is_model, weather) {
+        (true, Some(weather)) => Project::of_model(file, weather, folder),
+        (true, None) => Err(Error::new("a model has no weather").file(file).help("add --weather city.epw (or .wea)")),
+        (false, Some(_)) => {
+            Err(Error::new("--weather goes with a Honeybee model; a project file names its own").file(file).help("take --weather out"))
+        }
+        (false, None) => Project::read(file),
     }
 }
 

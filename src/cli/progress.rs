@@ -1,4 +1,4 @@
-//! Progress on standard error, and Ctrl-C.
+//! Progress on standard error; Ctrl-C and the system's request to end; exit codes.
 
 use lucarne::progress::Progress;
 use lucarne::{Error, ErrorKind};
@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Shows the stage, its percentage and the time left: one line that is rewritten on a terminal, a
-/// new line every few seconds elsewhere. Ctrl-C asks the work to stop at its next safe point; a
-/// second Ctrl-C ends the program at once.
+/// new line every few seconds elsewhere. Ctrl-C (and SIGTERM, SIGHUP) asks the work to stop at its next
+/// safe point; a second one ends the program at once.
 pub struct Terminal {
     state: Mutex<State>,
     terminal: bool,
@@ -25,15 +25,22 @@ struct State {
     line_open: bool,
 }
 
-/// Exit code of a program ended by Ctrl-C (128 + SIGINT), as shells expect it.
-const STOPPED: u8 = 130;
+/// Exit code of work that was stopped.
+const STOPPED: u8 = 4;
 
-/// The exit code of a verb that failed: special where Ctrl-C was the reason.
+/// The exit codes, for `--help`. Those of wrong usage are clap's own.
+pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 something is wrong with the input; 2 wrong usage; 3 the device failed; \
+     4 stopped (Ctrl-C, SIGTERM): the same command goes on where it was; 5 a file could not be read or written";
+
+/// The exit code of a verb that failed.
 pub fn failure(error: &Error) -> ExitCode {
-    match error.kind() {
-        ErrorKind::Stopped => ExitCode::from(STOPPED),
-        _ => ExitCode::FAILURE,
-    }
+    ExitCode::from(match error.kind() {
+        ErrorKind::Input => 1,
+        ErrorKind::Device => 3,
+        ErrorKind::Stopped => STOPPED,
+        ErrorKind::Io => 5,
+        _ => 1,
+    })
 }
 
 impl Terminal {
@@ -44,7 +51,7 @@ impl Terminal {
             if STOP.swap(true, Ordering::SeqCst) {
                 std::process::exit(i32::from(STOPPED));
             }
-            eprintln!("\nlucarne: stopping; press Ctrl-C again to end at once");
+            eprintln!("\nlucarne: stopping; once more, and it ends at once");
         });
         let state = State { stage: String::new(), stage_start: Instant::now(), shown: None, line_open: false };
         Self { state: Mutex::new(state), terminal: std::io::stderr().is_terminal() }

@@ -3,19 +3,25 @@
 use super::progress::Terminal;
 use lucarne::gpu::Device;
 use lucarne::simulate::rooms::{Room, run_rooms};
-use lucarne::simulate::{Plan, Project, Summary, without_pruning};
-use lucarne::{Result, Warnings};
+use lucarne::simulate::{Plan, Summary, without_pruning};
+use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Computes a year of illuminance, pictures and glare for the project in a project.toml, or for
-/// several rooms, each in its project file.
+/// several rooms, each in its project file; or for a Honeybee model:
+/// lucarne run model.hbjson --weather city.epw -o out
 #[derive(clap::Args)]
 pub struct Args {
-    /// Project files; of several each has its results in a folder of its name, and matrices of the
+    /// Project files, or one Honeybee model (.hbjson); of several each has its results in a folder of its name, and matrices of the
     /// same inputs are computed once
     #[arg(required = true, value_name = "PROJECT")]
     projects: Vec<PathBuf>,
+
+    /// Weather of a Honeybee model given in place of a project file, EPW or WEA. All its apertures, modifiers and
+    /// sensor grids are taken; FOLDER/project.toml is written, to which sections like [quality], [glare] may be added
+    #[arg(long, value_name = "WEATHER")]
+    weather: Option<PathBuf>,
 
     /// Folder for the results; matrices already there are used again if their inputs are the same
     #[arg(short = 'o', value_name = "FOLDER", default_value = "out")]
@@ -34,7 +40,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     // All files first: a slip in one of them should not wait for a device, nor a doubt for the results.
     let (device, terminal) = (|| Device::open(args.device.as_deref()), Terminal::new());
     if let [file] = &args.projects[..] {
-        let mut plan = Plan::new(Project::read(file)?, warnings)?;
+        let mut plan = Plan::new(super::project(file, args.weather.as_deref(), Some(&args.output))?, warnings)?;
         if args.no_prune {
             plan = plan.without_pruning();
         }
@@ -43,6 +49,9 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         terminal.finish();
         report(&args.output, &summary);
         return Ok(ExitCode::SUCCESS);
+    }
+    if args.weather.is_some() {
+        return Err(Error::new("--weather goes with one Honeybee model").help("give project files without it, or one .hbjson file"));
     }
     let mut rooms = Room::read_all(&args.projects, warnings)?;
     if args.no_prune {

@@ -39,3 +39,8 @@ pub mod accuracy {
 pub mod viewer {
     #![doc = include_str!("viewer.md")]
 }
+
+/// Stopping, going on, and damaged files.
+pub mod nothing_lost {
+    #![doc = include_str!("nothing_lost.md")]
+}

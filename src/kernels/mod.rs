@@ -2,6 +2,7 @@
 
 pub mod bsdf_generation;
 pub(crate) mod bsdf_scattering;
+pub mod coefficients;
 pub mod daylight_matrix;
 pub mod glare;
 pub mod image_matrix;
@@ -19,6 +20,7 @@ pub fn registered() -> Vec<crate::gpu::Shader> {
     all.extend(sun_matrix::registered());
     all.extend(view_matrix::registered());
     all.extend(daylight_matrix::registered());
+    all.extend(coefficients::registered());
     all.extend(bsdf_generation::registered());
     all.extend(glare::registered());
     all.extend(bsdf_scattering::registered());

@@ -1,11 +1,14 @@
 //! What the tracer sees: triangles with materials, and the windows between inside and outside.
 //!
-//! Readers ([`rad`], [`gltf`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
+//! Readers ([`rad`], [`gltf`], [`obj`], [`honeybee`]) produce a [`Scene`]; coordinates stay in f64 and in the user's frame until the
 //! acceleration structure rebases them near the origin.
 
 mod files;
 pub mod gltf;
 pub mod grid;
+pub mod honeybee;
+pub mod info;
+pub mod obj;
 pub(crate) mod pane;
 pub mod points;
 pub(crate) mod polygon;
@@ -13,7 +16,9 @@ pub mod rad;
 pub(crate) mod shapes;
 pub mod windows;
 
+pub(crate) use files::{Format, read_model_view, split_part};
 pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
+pub use pane::{GlazedWindow, Pane};
 
 use crate::bins::{AngleBasis, Frame};
 use glam::DVec3;
@@ -219,6 +224,17 @@ impl Window {
     /// Area in m².
     pub fn area(&self) -> f64 {
         self.triangles.iter().map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
+    }
+
+    /// Where it faces: of its outward normal the azimuth, degrees clockwise from north (+y), and the altitude, degrees;
+    /// 90 is a roof light.
+    pub fn faces(&self) -> [f64; 2] {
+        let out = -self.frame.z;
+        let level = out.x.hypot(out.y) < 1e-9;
+        // Rounded, so that a wall of rounded corners faces where it is drawn to face.
+        let round = |degrees: f64| (degrees * 100.0).round() / 100.0 + 0.0;
+        let azimuth = if level { 0.0 } else { round(out.x.atan2(out.y).to_degrees().rem_euclid(360.0)) % 360.0 };
+        [azimuth, round(out.z.clamp(-1.0, 1.0).asin().to_degrees())]
     }
 
     /// Whether it is the same opening, whatever its name and basis.

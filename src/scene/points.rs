@@ -16,6 +16,15 @@ pub struct Sensor {
     pub line: usize,
 }
 
+/// Sensors that belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorGrid {
+    /// Its name.
+    pub name: String,
+    /// Its sensors, in the order of their file; their `line` counts from 1.
+    pub sensors: Vec<Sensor>,
+}
+
 impl Sensor {
     /// Whether it measures a horizontal plane from above, as the sensors of a work plane do: the
     /// direction is at most 1° from upwards.

@@ -20,6 +20,7 @@
 
 mod covering;
 mod openings;
+mod panes;
 
 use super::{SurfaceOrigin, Window};
 use crate::bins::{AngleBasis, Frame, KlemsBasis};

@@ -10,6 +10,9 @@
 //! Vd and Dd come from the same rays as V and D and are never larger, so nothing cancels and nothing is
 //! negative. Windows whose sun is not traced have no Xsun: they stay as in three phases.
 //!
+//! Where sensors see the sky through clear glass, or by no window at all, there are no bins between: C and Cd, the
+//! coefficients from patches of the sky to the sensor, stand for V and Vd, and X = S, Xsun = Sds ([`Light::of_sky`]).
+//!
 //! Sources: Radiance's tutorial of the five-phase method (McNeil 2013), whose
 //! `V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun` this equals.
 
@@ -92,6 +95,18 @@ impl Light {
             product(multiplier, vec![Factor { name: "T·D".into(), matrix: transmitted }, sky], None)
         };
         Self::behind(windows, skies, differences, hours.clone(), &through)
+    }
+
+    /// Light of all lit hours from the sky itself: bins are its patches.
+    pub fn of_sky(skies: &Skies, differences: Differences) -> Self {
+        let hours = lit_columns(&skies.whole);
+        let all = select_columns(&skies.whole, &hours);
+        let bins = all.rows();
+        let right = match &skies.sun {
+            None => all,
+            Some(sun) => without_sun(all, &select_columns(sun, &hours), differences),
+        };
+        Self { right, bins, hours, all_hours: skies.whole.cols() }
     }
 
     /// Light of one hour, dark or not, `T·(D·S)`: what follows a pointer through the year.

@@ -3,7 +3,7 @@
 
 use super::context::{Context, Ledger};
 use super::inputs::suns::SunCensus;
-use super::inputs::{Inputs, reach};
+use super::inputs::{Differences, Inputs, reach};
 use super::light::{Daylight, Light, Skies, WindowLight};
 use super::phases::sampled::sampled;
 use super::phases::sky::sky;
@@ -38,8 +38,8 @@ use std::time::Instant;
 /// | `matrices/Sds.mtx` | five phases: the sun's share of S |
 /// | `matrices/replicates_*.mtx` | the independent estimates that V and D are the means of |
 /// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
-/// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D |
-/// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux |
+/// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D; direct: C, with `_direct` and `_standard_error`, in place of V |
+/// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux; direct: `whole` C·S, `direct` Cd·Sds, `sun` |
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
@@ -100,7 +100,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let daylight: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::total).collect();
     let daylight_direct: Vec<Matrix<f32>> = sampled.daylight.iter().map(Estimate::direct).collect();
 
-    let dark = reach::check(inputs, &sampled.view.total(), warnings)?;
+    let dark = reach::check(inputs, &sampled.view.total(), context.choice.direct, warnings)?;
 
     let clock = Instant::now();
     let suns = TracedSuns::trace(context, &mut ledger, warnings)?;
@@ -112,9 +112,19 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let skies = Skies { whole: sky, sun: sampled.sun.clone() };
     let multiplier = product::for_device(context.device)?;
     let multiplier = multiplier.as_ref();
-    let windows = WindowLight::of(inputs, &inputs.transmissions(), Daylight { total: &daylight, direct: &daylight_direct });
-    let light = Light::new(&windows, multiplier, &skies, inputs.differences())?;
-    let made = Made { multiplier, sampled: &sampled, skies: &skies, light: &light, suns: suns.as_ref() };
+    let from_sky = sampled.sees_sky.then(|| Light::of_sky(&skies, Differences::NeverNegative));
+    let from_windows = match &from_sky {
+        // No receiver needs it.
+        Some(_) if daylight.is_empty() => None,
+        _ => {
+            let windows = WindowLight::of(inputs, &inputs.transmissions(), Daylight { total: &daylight, direct: &daylight_direct });
+            Some(Light::new(&windows, multiplier, &skies, inputs.differences())?)
+        }
+    };
+    let (Some(at_sensors), Some(light)) = (from_sky.as_ref().or(from_windows.as_ref()), from_windows.as_ref().or(from_sky.as_ref())) else {
+        unreachable!("light comes from the sky, or from windows");
+    };
+    let made = Made { multiplier, sampled: &sampled, skies: &skies, light, at_sensors, suns: suns.as_ref() };
     if context.choice.phases == 2 {
         sensors::write_coefficients(context, &made)?;
     }
@@ -149,6 +159,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     ledger.seconds.glare = clock.elapsed().as_secs_f64();
     ledger.seconds.total = start.elapsed().as_secs_f64();
     warn_of_error(context.project, &errors, warnings);
+    context.store.warn_of_damage(warnings);
     let census = suns.as_ref().map(|suns| suns.set.census.clone());
     let summary = summary(context, &ledger, multiplier.description(), groups, pictures, glare, errors.estimated, census, warnings);
     summary.write(&context.store.summary_path())?;
@@ -197,6 +208,7 @@ fn summary(
         quality: project.quality.name(),
         seed: project.quality.seed,
         phases: context.choice.phases,
+        sensors_method: context.choice.formula().to_string(),
         phases_because: context.choice.why.to_string(),
         suns,
         sky_subdivision: context.sky().subdivision(),

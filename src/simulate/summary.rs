@@ -32,7 +32,9 @@ pub struct Summary {
     pub seed: u32,
     /// Phases of the method.
     pub phases: u32,
-    /// Why as many.
+    /// Method of the sensors, with its formula; pictures and glare have as many phases as `phases` says.
+    pub sensors_method: String,
+    /// Why.
     pub phases_because: String,
     /// Suns of the five-phase method; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -80,6 +82,12 @@ pub struct Summary {
 pub struct WindowSummary {
     /// Its name, which its matrices `T_NAME` and `D_NAME` have.
     pub name: String,
+    /// What it is made of, for people.
+    pub glazing: String,
+    /// m².
+    pub area: f64,
+    /// Where it faces: degrees clockwise from north (+y) of its outward normal, and its tilt from the horizon (90 looks up).
+    pub faces: [f64; 2],
     /// Bins: columns of the view matrices.
     pub bins: usize,
     /// Whether suns are traced through it.
@@ -113,6 +121,9 @@ impl Summary {
     pub(super) fn of_windows(inputs: &Inputs, phases: u32) -> (Vec<WindowSummary>, bool) {
         let of = |w: &ProjectWindow| WindowSummary {
             name: w.name.clone(),
+            glazing: w.made_of.clone(),
+            area: w.window.area(),
+            faces: w.window.faces(),
             bins: w.window.basis.len(),
             sun_is_traced: phases == 5 && w.is_sunny(),
         };

@@ -1,10 +1,8 @@
 //! `lucarne bsdf layer`.
 
-use lucarne::bsdf::glass::Pane;
-use lucarne::bsdf::glass::length;
-use lucarne::bsdf::layer::{Layer, combine};
+use lucarne::bsdf::layer::{LayerWords, combine, read_layers};
 use lucarne::bsdf::{self, Component};
-use lucarne::{Error, Result, Warnings};
+use lucarne::{Result, Warnings};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -36,25 +34,7 @@ pub struct Args {
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let basis = super::klems_basis(&args.basis)?;
-    let mut layers: Vec<Layer> = Vec::new();
-    let mut thickness = Some(0.0);
-    let mut add = |t: Option<f64>| thickness = thickness.zip(t).map(|(a, b): (f64, f64)| a + b);
-    for word in &args.layers {
-        if let Some(gap) = word.strip_prefix("gap=") {
-            add(Some(length(gap).map_err(|e| e.field(word.clone()))?));
-            continue;
-        }
-        let (plain, turn) = word.strip_prefix("flip:").map_or((word.as_str(), false), |w| (w, true));
-        let layer: Layer = match plain.strip_prefix("glass:") {
-            Some(glass) => Pane::parse(glass)?.into(),
-            None => bsdf::read(Path::new(plain), warnings)?.into(),
-        };
-        add(layer.thickness());
-        layers.push(if turn { layer.flipped().map_err(|e| e.field(word.clone()))? } else { layer });
-    }
-    if layers.is_empty() {
-        return Err(Error::new("there are only gaps").help("name at least one layer"));
-    }
+    let LayerWords { layers, thickness } = read_layers(&args.layers, Path::new(""), warnings)?;
     let mut system = combine(&layers, &basis, warnings)?;
     system.bsdf.thickness = thickness;
     bsdf::write(args.output.as_deref(), &system.bsdf, &super::made_by())?;

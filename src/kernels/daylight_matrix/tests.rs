@@ -320,16 +320,16 @@ fn other_windows_and_the_own_one_absorb() {
     assert!(worst(&d) < 4.0, "{}", worst(&d));
     // Windows as holes, and paths that begin in the plane of their own window.
     let pass = "if material.kind == 0u { weight = vec3<f32>(1.0); position += direction * (hit.distance + 1e-3); continue; }";
-    let absorbed = "if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {";
-    for (from, to) in [
-        (absorbed, format!("{pass}\n{absorbed}").as_str()),
+    let absorbed = "if event.lobe == LOBE_NONE || largest(weight) <= 0.0 ||";
+    for (path, from, to) in [
+        ("shared/outside", absorbed, format!("{pass}\n{absorbed}").as_str()),
         (
+            "daylight_matrix/paths",
             "offset_from_surface(window_point(window, sample_pair(index, 0u, seed)), -window.z)",
             "window_point(window, sample_pair(index, 0u, seed))",
         ),
     ] {
-        let fault =
-            mutation::with("daylight_matrix/paths", from, to, || compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap());
+        let fault = mutation::with(path, from, to, || compute(&device, &b.scene, &own, tregenza(), &options, &Silent).unwrap());
         assert!(worst(&fault) > 6.0, "{to}: {}", worst(&fault));
     }
     // The same with black plates in place of the windows, the own one a little behind its plane.

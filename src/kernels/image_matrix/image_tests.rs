@@ -11,6 +11,7 @@ use crate::kernels::view_matrix::reference::view_row;
 use crate::scene::MaterialKind;
 use crate::statistics::student_95;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 const PLASTIC: MaterialKind = MaterialKind::Plastic { color: [0.3; 3], specularity: 0.04, roughness: 0.0 };

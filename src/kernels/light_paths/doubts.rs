@@ -1,6 +1,6 @@
 //! What few paths leave open of the light that receivers get by reflections and by light paths.
 
-use super::{LOOK_UNITS, NearPaths};
+use super::near::{LOOK_UNITS, NearPaths};
 use crate::kernels::trace::TraceTables;
 use crate::kernels::trace::doubt::{ENOUGH_HITS, half_a_hit};
 use crate::scene::Window;

@@ -101,9 +101,10 @@ const VIEW_FAULTS: &[(&str, &str, &str)] = &[
 ];
 
 const DAYLIGHT_FAULTS: &[(&str, &str, &str)] = &[
-    ("daylight_matrix/paths", "var direction = -window_bin_direction", "var direction = window_bin_direction"),
-    ("daylight_matrix/paths", "bounces > params.most_bounces", "bounces >= params.most_bounces"),
-    ("daylight_matrix/paths", "weight *= event.weight;", "weight *= event.weight.zyx;"),
+    ("daylight_matrix/paths", "let direction = -window_bin_direction", "let direction = window_bin_direction"),
+    ("daylight_matrix/paths", "path_outside.weight);", "path_outside.weight.zyx);"),
+    ("shared/outside", "bounces > outdoors.most_bounces", "bounces >= outdoors.most_bounces"),
+    ("shared/outside", "weight *= event.weight;", "weight *= event.weight.zyx;"),
     ("shared/sky", "atan2(direction.x, direction.y)", "atan2(direction.y, direction.x)"),
     ("shared/sky", "direction.z >= sky_rows[row + 1u].sin_low", "direction.z >= sky_rows[row].sin_low"),
     ("shared/window", "f32(bin - r.first) + random.y - 0.5", "f32(bin - r.first) + random.y"),

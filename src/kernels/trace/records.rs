@@ -18,7 +18,7 @@ gpu_struct! {
         pub roughness: f32,
         /// Diffuse transmittance.
         pub diffuse_transmitted: [f32; 3],
-        /// Index + 1 of the window that this absorber is; 0 otherwise.
+        /// Index + 1 of the window that this absorber or pane is; 0 otherwise.
         pub window: u32,
         /// Specular (direct) transmittance.
         pub specular_transmitted: [f32; 3],

@@ -69,21 +69,12 @@ impl TraceTables {
         if windows.is_empty() {
             return Err(Error::new("there is no window").help("name at least one window surface"));
         }
-        for window in windows {
-            if !(window.area() > 0.0) || window.triangles.iter().flatten().any(|p| !p.is_finite()) {
-                return Err(Error::new(format!("window '{}' has no area", window.name))
-                    .file(&window.origin.file)
-                    .line(window.origin.line)
-                    .help("its polygon is degenerate or not finite"));
-            }
-        }
+        check_areas(windows.iter())?;
         let mut tables = Self::of_scene(scene, Normalization::of(windows));
         for window in windows {
             tables.push_window(window, surfaces);
         }
-        for other in scene.windows.iter().filter(|w| !windows.iter().any(|own| own.is_in_place_of(w))) {
-            tables.push_absorber(other, 0);
-        }
+        tables.push_others(scene, windows);
         Ok(tables.finished())
     }
 
@@ -91,11 +82,50 @@ impl TraceTables {
     /// the points `around`; shaders must not ask for windows.
     pub(crate) fn without_windows(scene: &Scene, around: &[DVec3]) -> Self {
         let mut tables = Self::of_scene(scene, Normalization::around(around));
-        // Tables of length 0 cannot be bound.
-        tables.windows.push(bytemuck::Zeroable::zeroed());
-        tables.rings.push(bytemuck::Zeroable::zeroed());
-        tables.window_triangles.push([0.0; 4]);
+        tables.push_no_window();
         tables.finished()
+    }
+
+    /// Tables of `scene` with the panes of these windows, of which there may be none, among its surfaces: glass with
+    /// the number of its window, front into the room. All other windows of the scene absorb. Where there is no
+    /// window, digits are kept near the points `around`, and shaders must not ask for windows.
+    ///
+    /// # Errors
+    /// If a window has no area.
+    pub fn with_panes(scene: &Scene, windows: &[scene::GlazedWindow], around: &[DVec3]) -> Result<Self> {
+        check_areas(windows.iter().map(|w| &w.window))?;
+        let openings: Vec<scene::Window> = windows.iter().map(|w| w.window.clone()).collect();
+        let normalization = if windows.is_empty() { Normalization::around(around) } else { Normalization::of(&openings) };
+        let mut tables = Self::of_scene(scene, normalization);
+        for (number, glazed) in windows.iter().enumerate() {
+            tables.push_window(&glazed.window, WindowSurfaces::Open);
+            let pane = Material { window: number as u32 + 1, ..material_record(&glazed.pane.material()) };
+            tables.push_window_surface(&glazed.window, pane);
+        }
+        if windows.is_empty() {
+            tables.push_no_window();
+        }
+        tables.push_others(scene, &openings);
+        Ok(tables.finished())
+    }
+
+    /// Index of the material of the first window's pane; those of the others follow.
+    pub fn first_pane(&self) -> Option<u32> {
+        self.materials.iter().position(|m| m.kind == MATERIAL_GLASS && m.window == 1).map(|i| i as u32)
+    }
+
+    /// Tables of length 0 cannot be bound.
+    fn push_no_window(&mut self) {
+        self.windows.push(bytemuck::Zeroable::zeroed());
+        self.rings.push(bytemuck::Zeroable::zeroed());
+        self.window_triangles.push([0.0; 4]);
+    }
+
+    /// All windows of the scene but these, which absorb.
+    fn push_others(&mut self, scene: &Scene, windows: &[scene::Window]) {
+        for other in scene.windows.iter().filter(|w| !windows.iter().any(|own| own.is_in_place_of(w))) {
+            self.push_window_surface(other, absorber(0));
+        }
     }
 
     fn of_scene(scene: &Scene, normalization: Normalization) -> Self {
@@ -199,13 +229,13 @@ impl TraceTables {
             rings: self.rings.len() as u32 - first_ring,
         });
         if surfaces == WindowSurfaces::Absorb {
-            self.push_absorber(window, self.windows.len() as u32);
+            self.push_window_surface(window, absorber(self.windows.len() as u32));
         }
     }
 
-    /// The surface of a window as a black one; `number` is its index among the windows + 1, or 0.
-    fn push_absorber(&mut self, window: &scene::Window, number: u32) {
-        self.materials.push(absorber(number));
+    /// The surface of a window.
+    fn push_window_surface(&mut self, window: &scene::Window, material: Material) {
+        self.materials.push(material);
         let material = self.materials.len() as u32 - 1;
         for corners in &window.triangles {
             // Front side into the room, whatever the order of the file's vertices.
@@ -280,6 +310,18 @@ impl TraceScene {
         all.extend_from_slice(own);
         all
     }
+}
+
+fn check_areas<'w>(windows: impl Iterator<Item = &'w scene::Window>) -> Result<()> {
+    for window in windows {
+        if !(window.area() > 0.0) || window.triangles.iter().flatten().any(|p| !p.is_finite()) {
+            return Err(Error::new(format!("window '{}' has no area", window.name))
+                .file(&window.origin.file)
+                .line(window.origin.line)
+                .help("its polygon is degenerate or not finite"));
+        }
+    }
+    Ok(())
 }
 
 fn push_rings(rings: &mut Vec<Ring>, basis: &AngleBasis) {

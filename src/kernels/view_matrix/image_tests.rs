@@ -7,6 +7,7 @@ use crate::kernels::trace::reference::glass_pane;
 use crate::kernels::trace::rooms::{Builder, PlaneMirror, mirrored_irradiance, polish, polygon_irradiance, sensor, window};
 use crate::progress::Silent;
 use crate::scene::MaterialKind;
+use glam::DVec3;
 
 /// A small window ten metres away, as in a long corridor.
 fn far_window() -> Window {

@@ -14,8 +14,10 @@
 //! All of it is repeated in independently scrambled batches; their spread is the standard error.
 
 mod doubts;
+mod gathered;
 #[cfg(test)]
 mod image_tests;
+mod options;
 #[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
@@ -23,22 +25,21 @@ mod tests;
 mod unobstructed;
 
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, DEFAULT_MEMORY, Device, Kernel, Plan, Shader};
+use crate::gpu::{Buffer, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::images::{ReceiverPoint, WindowImages};
-use crate::kernels::light_paths::{
-    LightPathKernels, LightPathOptions, LightPaths, NEAR, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths,
-};
+use crate::kernels::light_paths::{LightPathKernels, NEAR, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths};
 use crate::kernels::trace::{
-    self, CELL_CAPACITY, Counters, ROULETTE_WEIGHT, TraceScene, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces,
-    doubt, stream_seed,
+    self, CELL_CAPACITY, Counters, TraceScene, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, doubt,
 };
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::points::Sensor;
 use crate::scene::{Scene, Window};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
+
+pub use options::ViewOptions;
 
 gpu_struct! {
     /// Parameters of `view_matrix/gather`.
@@ -69,60 +70,6 @@ gpu_struct! {
         padding_number: u32,
     }
 }
-
-/// How much to sample. Every number is per sensor or bin *and batch*.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ViewOptions {
-    /// Radiance's `-ab`: 1 is direct light only, n allows n − 1 diffuse reflections; `None` does
-    /// not truncate.
-    pub bounces: Option<u32>,
-    /// Light paths per bin.
-    pub light_paths: u32,
-    /// Rays from a sensor to the light paths' vertices, per bin and reflection; at most 32.
-    pub visibility_rays: u32,
-    /// Samples of the windows per sensor.
-    pub direct_samples: u32,
-    /// Paths per sensor for short connections and mirrors.
-    pub near_samples: u32,
-    /// Independent repetitions; their spread gives the standard error. At least 2.
-    pub batches: u32,
-    /// Same seed, same device: same bits.
-    pub seed: u32,
-    /// Path weight below which Russian roulette decides (Radiance's `-lw`).
-    pub roulette_weight: f32,
-    /// Connections shorter than this multiple of the windows' size are left to `near_samples`, longer ones
-    /// too if windows are small and far away.
-    pub near_radius: f32,
-    /// Whether the batches themselves are handed back too.
-    pub keep_batches: bool,
-    /// Whether this is the first, or only, of the rounds that are averaged: it has the doubts (see
-    /// [`doubt`]).
-    pub first_round: bool,
-    /// Device memory to use, bytes.
-    pub memory: u64,
-}
-
-impl Default for ViewOptions {
-    fn default() -> Self {
-        Self {
-            bounces: None,
-            light_paths: 256,
-            visibility_rays: 4,
-            direct_samples: 512,
-            near_samples: 512,
-            batches: 8,
-            seed: 1,
-            roulette_weight: ROULETTE_WEIGHT,
-            near_radius: 0.4,
-            keep_batches: false,
-            first_round: true,
-            memory: DEFAULT_MEMORY,
-        }
-    }
-}
-
-/// Lights that are wanted within a sensor's near radius, see `ViewTracer::reach`.
-const LIGHTS_NEARBY: f64 = 60.0;
 
 crate::gpu_constants! {
     const NUMBERS = {
@@ -161,12 +108,7 @@ pub fn compute(
     options: &ViewOptions,
     progress: &dyn Progress,
 ) -> Result<TracedMatrix> {
-    for (i, sensor) in sensors.iter().enumerate() {
-        if !sensor.position.is_finite() || !sensor.direction.is_finite() || sensor.direction.length() < 1e-12 {
-            return Err(Error::new(format!("sensor {} has no usable position and direction", i + 1))
-                .help("each line of a points file needs x y z dx dy dz, the direction not zero"));
-        }
-    }
+    check_sensors(sensors)?;
     if options.batches < 2 {
         return Err(Error::new("at least two batches are needed for a standard error"));
     }
@@ -214,9 +156,23 @@ pub fn compute(
     Ok(result)
 }
 
+/// Checks that sensors have a place and a direction.
+///
+/// # Errors
+/// If one has not.
+pub(crate) fn check_sensors(sensors: &[Sensor]) -> Result<()> {
+    for (i, sensor) in sensors.iter().enumerate() {
+        if !sensor.position.is_finite() || !sensor.direction.is_finite() || sensor.direction.length() < 1e-12 {
+            return Err(Error::new(format!("sensor {} has no usable position and direction", i + 1))
+                .help("each line of a points file needs x y z dx dy dz, the direction not zero"));
+        }
+    }
+    Ok(())
+}
+
 /// A sensor that lies on a surface is moved a little to the side it faces (1e-5 of the windows'
 /// size), or rounding would put it behind the surface.
-fn beside_surface(position: Vec3, direction: Vec3) -> Vec3 {
+pub(crate) fn beside_surface(position: Vec3, direction: Vec3) -> Vec3 {
     position + direction * (1e-5 * (position.abs().max_element() + 0.5))
 }
 
@@ -349,19 +305,6 @@ impl<'d> ViewTracer<'d> {
         Ok(())
     }
 
-    /// By what the near radius of a sensor is multiplied. Of a small window far away few light paths come near
-    /// the sensor; its surroundings are then left to the sensor's own paths, so far out that
-    /// [`LIGHTS_NEARBY`] can be expected within them: of N paths that the window sends to all sides,
-    /// N r² / (π d²) meet a disc of radius r at the distance d.
-    fn reach(&self, position: DVec3) -> f32 {
-        let scale = self.tables.normalization.scale;
-        let corners = self.windows.iter().flat_map(|w| w.triangles.iter().flatten());
-        let distance = corners.map(|c| c.distance(position)).fold(f64::INFINITY, f64::min) * scale;
-        let paths = f64::from(self.options.light_paths * self.options.batches) * self.tables.bins() as f64;
-        let radius = distance * (LIGHTS_NEARBY * std::f64::consts::PI / paths).sqrt();
-        (radius / f64::from(self.options.near_radius)).max(1.0) as f32
-    }
-
     /// The direct part per batch, `[batch][sensor][bin][rgb]`: exact unobstructed values times the
     /// visible share.
     fn direct_part(&self, buffer: &Buffer, sensors: &[Sensor], statistics: &mut TraceStatistics) -> Result<Vec<f64>> {
@@ -439,79 +382,6 @@ impl<'d> ViewTracer<'d> {
         let started = u64::from(samples) * count as u64 * u64::from(self.options.batches);
         finish_dispatch(self.device, &self.counters, started, what, statistics)?;
         self.device.read(&sums)
-    }
-
-    /// Light paths per bin and batch that fit into one binding of the device.
-    fn paths_per_round(&self) -> u32 {
-        let per_path = size_of::<VirtualLight>() as u64 * u64::from(self.options.batches) * self.tables.bins() as u64;
-        let limit = self.device.limits().max_storage_buffer_binding_size.min(MOST_LIGHT_BYTES);
-        ((limit / per_path).max(1) as u32).min(self.options.light_paths)
-    }
-
-    fn rounds(&self) -> u32 {
-        self.options.light_paths.div_ceil(self.paths_per_round())
-    }
-
-    fn gathered_part(
-        &self,
-        sensors: &Buffer,
-        receivers: &[Receiver],
-        cells: usize,
-        statistics: &mut TraceStatistics,
-        stage: &dyn Fn(f64) -> Result<()>,
-    ) -> Result<Vec<f32>> {
-        let o = &self.options;
-        let count = receivers.len();
-        let bins = self.tables.bins() as u32;
-        let sums = self.device.zeros::<f32>("gathered view matrix", cells)?;
-        let rounds = self.rounds();
-        for round in 0..rounds {
-            // The first round has the seed itself, so that small scenes do not depend on rounds.
-            let seed = if round == 0 { o.seed } else { stream_seed(o.seed, round, 0x726f_756e) };
-            let path_options = LightPathOptions {
-                paths: self.paths_per_round(),
-                batches: o.batches,
-                bounces: o.bounces,
-                seed,
-                room: self.paths_per_round(),
-            };
-            let paths = LightPaths::new(self.device, &self.tables, &self.scene, &self.light_paths, path_options, Some(receivers))?;
-            for vertex in 0..paths.most_vertices() {
-                paths.forget()?;
-                let go_on = paths.advance(vertex, statistics)?;
-                let params = GatherParams {
-                    seed: stream_seed(seed, vertex, 0x6761_7468),
-                    sensors: count as u32,
-                    bins,
-                    lights: self.paths_per_round(),
-                    batches: o.batches,
-                    near_radius: o.near_radius,
-                    padding_number: 0,
-                    padding: 0,
-                };
-                let params = self.device.uniform("gathering parameters", &params)?;
-                self.device.write(&self.counters, &[Counters::default()])?;
-                let bind = self.gather.bind(&self.scene.bindings(&[
-                    ("params", &params),
-                    ("sensors", sensors),
-                    ("lights", &paths.lights),
-                    ("light_counts", &paths.light_counts),
-                    ("sums", &sums),
-                    ("counters", &self.counters),
-                ]))?;
-                self.device.dispatch(&self.gather, &bind, [(count as u32).div_ceil(64), bins, o.batches])?;
-                let runs = count as u64 * u64::from(bins * o.batches);
-                finish_dispatch(self.device, &self.counters, runs, "gathering", statistics)?;
-                statistics.segments += runs * u64::from(o.visibility_rays);
-                // The first vertices carry most of the light and most of the work.
-                let part = f64::from(round) + 1.0 - 0.5f64.powi(vertex as i32 + 1);
-                stage(0.2 + 0.8 * part / f64::from(rounds))?;
-                if !go_on {
-                    break;
-                }
-            }
-        }
-        self.device.read_finite(&sums)
     }
 }
 

@@ -34,7 +34,7 @@ mod write;
 
 pub use write::write;
 
-use super::points::Sensor;
+use super::points::SensorGrid;
 use super::{Scene, Window};
 use crate::error::{Error, Result, Warnings};
 use crate::{files, text};
@@ -43,7 +43,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use marks::extras;
 use reader::Reader;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Which axis of the file points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -68,15 +68,6 @@ impl Default for Options {
     fn default() -> Self {
         Self { up: UpAxis::Y, scale: 1.0 }
     }
-}
-
-/// Sensors that belong together.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SensorGrid {
-    /// Its name.
-    pub name: String,
-    /// Its sensors, in the order of the vertices; their `line` counts from 1.
-    pub sensors: Vec<Sensor>,
 }
 
 /// What a glTF file holds.
@@ -191,15 +182,6 @@ fn orientation(options: &Options, extras: &[&Value]) -> Result<DAffine3> {
         UpAxis::Z => DMat3::IDENTITY,
     };
     Ok(DAffine3::from_mat3(axes * scale))
-}
-
-/// Splits `room.gltf#south` into the file and the name of the part that is meant.
-pub(crate) fn split_part(path: &Path) -> (PathBuf, Option<String>) {
-    let text = path.to_string_lossy();
-    match text.rsplit_once('#') {
-        Some((file, part)) if is_gltf(Path::new(file)) && !path.exists() => (PathBuf::from(file), Some(part.to_string())),
-        _ => (path.to_path_buf(), None),
-    }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::reader::triangle_indices;
 use super::*;
+use crate::scene::points::Sensor;
 use crate::scene::{self, MaterialKind, rad};
 use gltf::mesh::Mode;
 use serde_json::json;

@@ -20,7 +20,7 @@
 //! | brightfunc, colorfunc of constants; colorpict | their value; the picture's mean, with a warning |
 //! | other patterns | an error where a surface uses them |
 //! | texfunc, texdata | left out with a warning |
-//! | `BSDF` with a thickness, in a shade | [`ProxiedPane`] |
+//! | `BSDF` with a thickness, in a shade | `ProxiedPane` |
 //! | antimatter, instance, mesh, any other material or mixture | an error where a surface uses it |
 //!
 //! Of commands `xform`, `cat`, `genbox`, `genblinds`, `genprism`, `gensurf`, `genrev` and `genworm` are
@@ -34,6 +34,7 @@ mod materials;
 mod mixtures;
 mod modifiers;
 mod patterns;
+mod polygons;
 mod proxies;
 mod reader;
 mod surfaces;
@@ -43,11 +44,12 @@ mod types;
 mod windows;
 mod xform;
 
+pub(super) use polygons::{MadeOf, read_polygons};
 pub(crate) use proxies::ProxiedPane;
 pub(super) use syntax::shortened;
 pub use windows::read_windows;
 
-use super::{DistantSource, MaterialKind, Scene, SurfaceOrigin, Triangle};
+use super::{DistantSource, Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle};
 use crate::error::{Error, Result, Warnings};
 use crate::limits;
 use modifiers::Modifiers;
@@ -82,12 +84,34 @@ pub(crate) fn read_shade(files: &[PathBuf], base: &Path, warnings: &mut Warnings
 /// Anything wrong in the files, with file, line and object; commands that are not known here;
 /// materials this program does not know, where a surface uses them.
 pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<Scene> {
+    read_scene_and_definitions(files, base, warnings).map(|(scene, _)| scene)
+}
+
+/// As [`read_scene`], with the modifiers that stand at the end of the last file, for surfaces of other formats.
+///
+/// # Errors
+/// As [`read_scene`].
+pub(super) fn read_scene_and_definitions(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<(Scene, Definitions)> {
     let mut sink = SceneSink::new(base);
     let mut reader = Reader::new(base);
     for file in files {
         reader.read(file, &mut sink, warnings)?;
     }
-    Ok(sink.scene)
+    Ok((sink.scene, Definitions(sink.modifiers)))
+}
+
+/// Modifiers that files define.
+pub(super) struct Definitions(Modifiers);
+
+impl Definitions {
+    /// The material of a modifier, added to `materials` on first use; `None` if nothing defines it.
+    ///
+    /// # Errors
+    /// Materials that are not known here.
+    pub(super) fn material(&mut self, name: &str, materials: &mut Vec<Material>, warnings: &mut Warnings) -> Result<Option<MaterialIndex>> {
+        let Ok(definition) = self.0.find(name) else { return Ok(None) };
+        self.0.material(definition.as_ref(), materials, warnings).map(Some)
+    }
 }
 
 /// The material that a text of definitions ends with; `void` stands for none.

@@ -57,6 +57,11 @@ impl Definition {
         self.scale
     }
 
+    /// The string arguments, if this is scattering data.
+    pub(super) fn scattering_data(&self) -> Option<&[String]> {
+        ["BSDF", "aBSDF"].contains(&self.object.kind.word()).then_some(self.object.strings.as_slice())
+    }
+
     /// The `BSDF` with a thickness that this is, if it is one.
     ///
     /// # Errors

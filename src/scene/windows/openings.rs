@@ -19,11 +19,11 @@ const ALMOST_ALL: f64 = 0.95;
 const MOST_NAMED: usize = 20;
 
 /// A triangle of a window, front into the room.
-struct Opening {
-    base: Base,
+pub(super) struct Opening {
+    pub(super) base: Base,
     window: usize,
     /// Root of the window's area.
-    size: f64,
+    pub(super) size: f64,
 }
 
 /// How much of a window a surface covers, m².
@@ -36,6 +36,8 @@ struct Cover {
     close: f64,
     /// Distance from the plane of what is nearest, positive inside.
     distance: f64,
+    /// What it is made of.
+    kind: Option<MaterialKind>,
 }
 
 impl Scene {
@@ -69,6 +71,7 @@ impl Scene {
                     let [low, high] = found.depth;
                     let distance = if low.abs() > high.abs() { low } else { high };
                     let cover = covers.entry(triangle.surface).or_default().entry(opening.window).or_default();
+                    cover.kind = Some(self.materials[triangle.material.0 as usize].kind);
                     if distance.abs() <= IN_PLANE * opening.size {
                         cover.in_plane += found.area;
                         return found.rest;
@@ -94,7 +97,7 @@ impl Scene {
         for (surface, by_window) in covers {
             // One warning for each kind of fault.
             let mut faults: BTreeMap<Fault, Vec<(String, String)>> = BTreeMap::new();
-            for (fault, how) in by_window.iter().filter_map(|(&w, cover)| self.told_of(*surface, &windows[w], cover)) {
+            for (fault, how) in by_window.iter().filter_map(|(&w, cover)| Self::told_of(&windows[w], cover)) {
                 faults.entry(fault).or_default().push(how);
             }
             for (fault, places) in faults {
@@ -116,7 +119,7 @@ impl Scene {
     }
 
     /// What is told of a surface that covers a window, if anything, and the share that it covers.
-    fn told_of(&self, surface: u32, window: &Window, cover: &Cover) -> Option<(Fault, (String, String))> {
+    fn told_of(window: &Window, cover: &Cover) -> Option<(Fault, (String, String))> {
         let area = window.area();
         let told = |covered: f64, place: String| {
             let (origin, share) = (&window.origin, (covered / area).min(1.0));
@@ -124,7 +127,8 @@ impl Scene {
             (format!("{} {window} {place}", part(share)), percent(share))
         };
         if cover.in_plane > LITTLE * area {
-            return Some((Fault::InPlane, told(cover.in_plane, "in its plane".into())));
+            let fault = if matches!(cover.kind, Some(MaterialKind::Glass { .. })) { Fault::OwnPane } else { Fault::InPlane };
+            return Some((fault, told(cover.in_plane, "in its plane".into())));
         }
         let hides = if cover.near > NEAR_SHARE * area {
             cover.near
@@ -133,8 +137,7 @@ impl Scene {
         } else {
             return None;
         };
-        let kind = self.triangles.iter().find(|t| t.surface == surface).map(|t| self.materials[t.material.0 as usize].kind);
-        let fault = match kind {
+        let fault = match cover.kind {
             Some(MaterialKind::Glass { .. } | MaterialKind::Trans { .. } | MaterialKind::Lobes(_)) => Fault::Filters,
             _ => Fault::Hides,
         };
@@ -146,6 +149,7 @@ impl Scene {
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 enum Fault {
     InPlane,
+    OwnPane,
     Hides,
     Filters,
 }
@@ -155,15 +159,17 @@ impl Fault {
         match self {
             Self::InPlane => "; light passes there as if nothing were in the plane",
             Self::Hides => ": no light passes there",
-            Self::Filters => ": its transmittance counts beside that of the window's BSDF",
+            Self::OwnPane => "; the window's own glazing counts in its place",
+            Self::Filters => ": its transmittance counts beside that of the window's glazing",
         }
     }
 
     fn help(&self) -> &'static str {
         match self {
             Self::InPlane => {
-                "cut the opening out of the wall; panes and frames in the window's plane belong into its BSDF or its polygon's outline"
+                "cut the opening out of the wall; panes and frames in the window's plane belong into its glazing or its polygon's outline"
             }
+            Self::OwnPane => "right if it is the pane of the window; with glass = \"scene\" in its [[window]] it counts as it is",
             Self::Hides => "if it is the wall, cut the opening out of it; if it is meant, all is well",
             Self::Filters => "if it is the pane of the window, take it out of the scene; if it is another one, all is well",
         }
@@ -174,7 +180,7 @@ fn at(error: Error, origin: &SurfaceOrigin) -> Error {
     error.file(&origin.file).line(origin.line).field(format!("surface '{}'", origin.name))
 }
 
-fn openings(windows: &[Window]) -> Vec<Opening> {
+pub(super) fn openings(windows: &[Window]) -> Vec<Opening> {
     let opening = |(number, window): (usize, &Window)| {
         let size = window.area().sqrt();
         window

@@ -1,15 +1,15 @@
 //! What the windows' glazing asks of the method: a panel that spreads all light evenly blurs what finer
 //! skies and traced suns would add.
 
+use super::filling::data_of_states;
 use crate::bins::{AngleBasis, KlemsBasis, ReinhartSky};
 use crate::bsdf::peak::PUBLISHED_CONTRAST;
-use crate::bsdf::{self, Block, Bsdf};
-use crate::error::{Result, Warnings};
+use crate::bsdf::{Block, Bsdf};
+use crate::error::Result;
 use crate::matrix::rows::MatrixRows;
-use crate::simulate::project::WindowSection;
 use crate::simulate::project::method::Glazing;
+use crate::simulate::project::{Project, WindowSection};
 use glam::DVec3;
-use std::path::Path;
 
 /// Largest radiance of an outgoing bin, over the mean of all, of a panel that counts as diffuse.
 const EVEN: f64 = 1.5;
@@ -22,18 +22,17 @@ const DIRECTIONAL_SUBDIVISION: usize = 4;
 ///
 /// # Errors
 /// None: the subdivisions exist.
-pub(crate) fn glazing(windows: &[WindowSection]) -> Result<Glazing> {
-    let mut sunny = windows.iter().filter(|w| w.lets_suns_through()).peekable();
+pub(crate) fn glazing(project: &Project) -> Result<Glazing> {
+    let mut sunny = project.windows.iter().filter(|w| w.lets_suns_through()).peekable();
     // Real slats in front of a window are as sharp as they are, whatever its scattering data say.
-    let spreads_suns = sunny.peek().is_some() && sunny.all(|w| w.shade.is_none() && is_diffuse(w));
-    Ok(Glazing { sky: sky(windows)?, spreads_suns })
+    let spreads_suns = sunny.peek().is_some() && sunny.all(|w| w.shade.is_none() && is_diffuse(project, w));
+    Ok(Glazing { sky: sky(project)?, spreads_suns })
 }
 
 /// Whether a window spreads light evenly, whatever it comes from, in each of its states. A file that
 /// cannot be read is not diffuse; reading it as an input says what is wrong with it.
-fn is_diffuse(window: &WindowSection) -> bool {
-    let states = if window.states.is_empty() { std::slice::from_ref(&window.bsdf) } else { &window.states[..] };
-    states.iter().all(|file| bsdf::read(file, &mut Warnings::new()).is_ok_and(|b| spreads(&b)))
+fn is_diffuse(project: &Project, window: &WindowSection) -> bool {
+    !window.filling.is_clear() && data_of_states(project, window).iter().all(|data| data.as_ref().is_some_and(spreads))
 }
 
 fn spreads(bsdf: &Bsdf) -> bool {
@@ -55,10 +54,13 @@ const SEEN_THROUGH: f64 = 0.01;
 /// Bins within this angle of the straight one are its surround, degrees.
 const SURROUND_DEG: f64 = 30.0;
 
-/// Whether a sun is seen through a BSDF, from any direction. A file that cannot be read is left to the
-/// reading of the inputs.
-pub(crate) fn passes_direct(file: &Path) -> bool {
-    let Ok(bsdf) = bsdf::read(file, &mut Warnings::new()) else { return false };
+/// Whether a sun is seen through a window in any of its states, from any direction. A file that cannot be read is left
+/// to the reading of the inputs.
+pub(crate) fn passes_direct(project: &Project, window: &WindowSection) -> bool {
+    window.filling.is_clear() || data_of_states(project, window).iter().flatten().any(sees_sun)
+}
+
+fn sees_sun(bsdf: &Bsdf) -> bool {
     let blocks = [&bsdf.visible.transmission_front, &bsdf.visible.transmission_back];
     blocks.into_iter().flatten().next().is_some_and(block_passes_direct)
 }
@@ -78,20 +80,23 @@ fn block_passes_direct(block: &Block) -> bool {
 }
 
 /// The sky of `sky_subdivision = "auto"`: that of a matrix D made elsewhere, or as fine as the glazing asks.
-fn sky(windows: &[WindowSection]) -> Result<ReinhartSky> {
+fn sky(project: &Project) -> Result<ReinhartSky> {
+    let windows = &project.windows;
     let columns = |w: &WindowSection| Some(MatrixRows::open(&w.daylight.as_ref()?.total).ok()??.cols());
     if let Some(columns) = windows.iter().find_map(columns)
         && let Some(sky) = (1..=6).filter_map(|n| ReinhartSky::new(n).ok()).find(|sky| sky.len() == columns)
     {
         return Ok(sky);
     }
-    ReinhartSky::new(if windows.iter().all(is_diffuse) { DIFFUSE_SUBDIVISION } else { DIRECTIONAL_SUBDIVISION })
+    ReinhartSky::new(if windows.iter().all(|w| is_diffuse(project, w)) { DIFFUSE_SUBDIVISION } else { DIRECTIONAL_SUBDIVISION })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::bsdf::{Blocks, KlemsMatrix, TensorTree};
+    use crate::error::Warnings;
+    use std::path::Path;
 
     fn of(block: Block) -> Bsdf {
         Bsdf { visible: Blocks { transmission_front: Some(block), ..Blocks::default() }, ..Bsdf::default() }
@@ -110,9 +115,8 @@ mod tests {
     #[test]
     fn the_sun_is_seen_through_clear_panes_and_open_slats_and_not_through_diffusers() {
         let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-        let seen = |name: &str| passes_direct(&scenes.join(name));
+        let seen = |name: &str| sees_sun(&crate::bsdf::read(&scenes.join(name), &mut Warnings::new()).unwrap());
         assert!(seen("office/bsdf/double_clear.xml") && seen("bsdf/clear.xml") && seen("bsdf/woven.xml"));
-        assert!(!seen("bsdf/make_glass.py"), "no BSDF");
         let basis = AngleBasis::from(KlemsBasis::Full);
         let with_peak = |share: f64| {
             let lambda: Vec<f64> = (0..basis.len()).map(|i| basis.projected_solid_angle(i)).collect();

@@ -1,10 +1,10 @@
 //! Sensors of a group: listed in a file, or spread over surfaces of the room.
 
-use super::reach::seem_dark;
+use super::reach::{Light, seem_dark};
 use crate::error::{Error, Result, Warnings};
 use crate::scene::grid::{self, Spread};
 use crate::scene::points::Sensor;
-use crate::scene::{self, Scene, Window};
+use crate::scene::{self, Scene};
 use crate::simulate::project::{Project, SensorPoints, SensorsSection};
 use glam::DVec3;
 use std::path::Path;
@@ -12,7 +12,7 @@ use std::path::Path;
 /// Names of surfaces or materials that a message lists.
 const NAMED: usize = 12;
 
-/// The sensors of a group. Of those spread over a surface the ones from which no walk finds a window are left
+/// The sensors of a group. Of those spread over a surface the ones from which no walk finds light are left
 /// out: they are inside walls or furniture, or outside the room.
 ///
 /// # Errors
@@ -21,7 +21,7 @@ pub(crate) fn sensors(
     project: &Project,
     section: &SensorsSection,
     scene: &Scene,
-    windows: &[Window],
+    light: Light<'_>,
     warnings: &mut Warnings,
 ) -> Result<Vec<Sensor>> {
     let field = format!("sensors '{}'", section.name);
@@ -31,7 +31,7 @@ pub(crate) fn sensors(
         SensorPoints::OverSurface(name, spread) => (of_name(name, scene).map_err(|e| e.file(&project.file).field(&field))?, spread),
     };
     let all = grid::over(&triangles, spread).map_err(|e| e.file(&project.file).field(&field))?;
-    let dark = seem_dark(scene, windows, &all);
+    let dark = seem_dark(scene, light, &all);
     let left = dark.iter().filter(|d| **d).count();
     // All of them: something else is wrong, and the warning of dark sensors says what.
     if left == 0 || left == all.len() {
@@ -127,7 +127,7 @@ mod tests {
         let mut warnings = Warnings::new();
         let scene = super::super::read_scene(&project, &mut warnings).unwrap();
         let windows = scene::read_windows(Path::new("window.rad"), folder.path(), &mut warnings).unwrap();
-        let found = sensors(&project, &project.sensors[0], &scene, &windows, &mut warnings);
+        let found = sensors(&project, &project.sensors[0], &scene, Light::Windows(&windows), &mut warnings);
         (found, warnings.iter().map(ToString::to_string).collect())
     }
 

@@ -1,9 +1,11 @@
 //! Everything a project names, read and checked against each other before any computing.
 
+pub(crate) mod filling;
 pub(crate) mod glazing;
 pub(crate) mod grids;
 pub(crate) mod import;
 pub mod mirrors;
+mod models;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
@@ -22,7 +24,7 @@ use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
-use crate::scene::{self, Scene, Window};
+use crate::scene::{self, GlazedWindow, Scene, Window};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::method::{Choice, Glazing};
 use crate::simulate::project::{Project, SensorPoints, SensorsSection};
@@ -87,29 +89,34 @@ impl Inputs {
     /// What is wrong in which file; windows whose basis is not their BSDF's, or that face away
     /// from every sensor.
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
-        let glazing = glazing::glazing(&project.windows)?;
-        project.check_phases(project.method.choice(&project.windows, &glazing).phases)?;
+        let glazing = glazing::glazing(project)?;
+        project.check_phases(project.choice(&glazing).phases)?;
         let weather = Weather::read(&project.weather.file, warnings)?;
         check_steps(project, &weather, warnings)?;
         let mut scene = read_scene(project, warnings)?;
         let mut windows = Vec::new();
         let patches = project.method.sky.unwrap_or(glazing.sky).len();
         for section in &project.windows {
-            windows.extend(read_windows(project, section, patches, warnings)?);
+            windows.extend(read_windows(project, section, patches, &mut scene, warnings)?);
         }
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
         let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
-        let sensors = project.sensors.iter().map(|s| read_group(project, s, &scene, &plain, bins, warnings)).collect::<Result<Vec<_>>>()?;
+        let direct = project.choice(&glazing).direct;
+        let light = if direct { reach::Light::Sky } else { reach::Light::Windows(&plain) };
+        let sensors = project.sensors.iter().map(|s| read_group(project, s, &scene, light, bins, warnings)).collect::<Result<Vec<_>>>()?;
         if project.windows.iter().any(|w| w.daylight.is_some()) || project.sensors.iter().any(|s| s.view.is_some() || s.sun.is_some()) {
             warnings.push(Error::new("matrices made elsewhere count as exact: their noise is not in the estimated error"));
         }
         let everywhere: Vec<Sensor> = sensors.iter().flat_map(|g| &g.sensors).copied().collect();
-        check_sides(&windows, &everywhere, warnings)?;
-        mirrors::warn(&scene, &plain, warnings);
-        let seem_dark = reach::seem_dark(&scene, &plain, &everywhere);
-        reach::warn(&sensors, &seem_dark, warnings);
+        check_sides(&windows, &everywhere, direct, warnings)?;
+        if !windows.is_empty() {
+            mirrors::warn(&scene, &plain, warnings);
+        }
+        let seem_dark = reach::seem_dark(&scene, light, &everywhere);
+        reach::warn(&sensors, &seem_dark, direct, warnings);
+        models::warn(project, warnings)?;
         let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing };
         inputs.check_suns(project, warnings)?;
         inputs.check_peaks(project, warnings);
@@ -144,24 +151,28 @@ impl Inputs {
         let Some(glare) = project.glare.as_ref().filter(|g| g.method != GlareMethod::Dgps) else { return };
         let five = self.choice(project).phases == 5;
         for section in project.windows.iter().filter(|w| !(five && w.lets_suns_through())) {
-            let states = if section.states.is_empty() { std::slice::from_ref(&section.bsdf) } else { &section.states[..] };
-            let Some(clear) = states.iter().find(|file| glazing::passes_direct(file)) else { continue };
-            warnings.push(
+            if !glazing::passes_direct(project, section) {
+                continue;
+            }
+            warnings.push(section.place.of(
                 Error::new(format!(
                     "the sun is seen through window '{}', but it is spread over a patch of the sky and a bin of the BSDF: glare by \
                      method \"{}\" misses hours with the sun in view",
                     section.name,
                     glare.method.name()
                 ))
-                .file(clear)
-                .help("give the window a shade = \"….rad\" with its panes, or a tensor_tree = \"….xml\": then five phases trace the sun through it"),
-            );
+                .help(if section.filling.is_clear() {
+                    "write phases = 5 or \"auto\": then the sun is traced through its panes"
+                } else {
+                    "give the window a shade = \"….rad\" with its panes, or a tensor_tree = \"….xml\": then five phases trace the sun through it"
+                }),
+            ));
         }
     }
 
     /// The number of phases of a project with these windows, and why.
     pub fn choice(&self, project: &Project) -> Choice {
-        project.method.choice(&project.windows, &self.glazing)
+        project.choice(&self.glazing)
     }
 
     /// The division of the sky of a project with these windows.
@@ -195,14 +206,20 @@ impl Inputs {
         self.sensors.iter().flat_map(|g| &g.sensors).copied().collect()
     }
 
+    /// Windows of clear glass.
+    pub(crate) fn glazed(&self) -> Vec<GlazedWindow> {
+        self.windows.iter().filter_map(|w| Some(GlazedWindow { window: w.window.clone(), pane: w.glass? })).collect()
+    }
+
     /// The suns of a project.
     ///
     /// # Errors
     /// As [`SunSet::new`].
     pub(crate) fn sun_set(&self, project: &Project) -> Result<SunSet> {
-        // Without windows no sun is taken for unreachable.
-        let windows: Vec<Window> = if project.quality.prune { self.sunny_windows() } else { Vec::new() };
-        SunSet::new(&self.weather, project.method.suns, &windows)
+        let choice = self.choice(project);
+        // Without windows no sun is taken for unreachable. Sensors may see the sky by no window.
+        let windows: Vec<Window> = if project.quality.prune && !choice.direct { self.sunny_windows() } else { Vec::new() };
+        SunSet::new(&self.weather, project.method.suns_of(&choice), &windows)
     }
 
     /// Windows through which suns are traced, by their shade or their scattering data.
@@ -292,11 +309,11 @@ fn read_group(
     project: &Project,
     section: &SensorsSection,
     scene: &Scene,
-    windows: &[Window],
+    light: reach::Light<'_>,
     bins: usize,
     warnings: &mut Warnings,
 ) -> Result<SensorGroup> {
-    let sensors = grids::sensors(project, section, scene, windows, warnings)?;
+    let sensors = grids::sensors(project, section, scene, light, warnings)?;
     let shape = "V has a row per sensor and a column per bin of all windows, in the project's order";
     let view = section.view.as_ref().map(|v| Imported::load(v, sensors.len(), bins, shape)).transpose()?;
     let file = match &section.points {

@@ -24,13 +24,24 @@ const NOTHING: f64 = 1e-9;
 /// Sensors that a message names.
 const NAMED: usize = 8;
 
-/// Of all sensors, whether no walk finds a window.
-pub(crate) fn seem_dark(scene: &Scene, windows: &[Window], sensors: &[Sensor]) -> Vec<bool> {
+/// Where light comes from.
+#[derive(Clone, Copy)]
+pub(crate) enum Light<'a> {
+    /// From these windows alone.
+    Windows(&'a [Window]),
+    /// From wherever the scene leaves the sky free; windows are clear.
+    Sky,
+}
+
+/// Of all sensors, whether no walk finds light.
+pub(crate) fn seem_dark(scene: &Scene, light: Light<'_>, sensors: &[Sensor]) -> Vec<bool> {
+    let windows = if let Light::Windows(windows) = light { windows } else { &[] };
     let solid: Vec<_> = scene.triangles.iter().filter(|t| scene.materials[t.material.0 as usize].kind != MaterialKind::Void).collect();
     let panes: Vec<_> = windows.iter().flat_map(|w| w.triangles.iter().map(move |t| (*t, w))).collect();
     let walker = Walker {
         kinds: solid.iter().map(|t| scene.materials[t.material.0 as usize].kind).collect(),
         solid: Caster::new(solid.iter().map(|t| t.vertices).collect()),
+        sky: matches!(light, Light::Sky),
         windows: Caster::new(panes.iter().map(|(t, _)| *t).collect()),
         normals: panes.iter().map(|(_, w)| (w.frame.z, w.area().sqrt())).collect(),
         front: solid.iter().map(|t| (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).normalize_or_zero()).collect(),
@@ -43,6 +54,8 @@ struct Walker {
     kinds: Vec<MaterialKind>,
     front: Vec<DVec3>,
     windows: Option<Caster>,
+    /// Whether what meets nothing is light.
+    sky: bool,
     /// Normal and size, per triangle of the windows.
     normals: Vec<(DVec3, f64)>,
 }
@@ -61,7 +74,7 @@ impl Walker {
                     return direction.dot(normal) < 0.0;
                 }
             }
-            let Some((distance, number)) = met else { return false };
+            let Some((distance, number)) = met else { return self.sky };
             let outward = self.front[number];
             let facing = if direction.dot(outward) < 0.0 { outward } else { -outward };
             let mirrored = direction - 2.0 * direction.dot(facing) * facing;
@@ -114,7 +127,7 @@ pub(crate) fn dark_rows(view: &Matrix<f32>) -> Option<Vec<bool>> {
 }
 
 /// Names dark sensors, a warning per group. The same sensors give the same text, which is kept once.
-pub(crate) fn warn(groups: &[SensorGroup], dark: &[bool], warnings: &mut Warnings) {
+pub(crate) fn warn(groups: &[SensorGroup], dark: &[bool], direct: bool, warnings: &mut Warnings) {
     let mut first = 0;
     for group in groups {
         let own = &dark[first..first + group.sensors.len()];
@@ -129,7 +142,7 @@ pub(crate) fn warn(groups: &[SensorGroup], dark: &[bool], warnings: &mut Warning
         let more = if which.len() > NAMED { format!(" and {} more", which.len() - NAMED) } else { String::new() };
         let count = format!("{} of {} sensors of '{}'", which.len(), own.len(), group.name);
         warnings.push(
-            Error::new(format!("no light of any window is found to reach {count}, which count with 0 lx: {}{more}", names.join(", ")))
+            Error::new(format!("no light {} is found to reach {count}, which count with 0 lx: {}{more}", source(direct), names.join(", ")))
                 .file(&group.file)
                 .line(group.sensors[one].line)
                 .help("are they inside a wall or a piece of furniture, or in a room without a window? Move them or take them out"),
@@ -137,19 +150,28 @@ pub(crate) fn warn(groups: &[SensorGroup], dark: &[bool], warnings: &mut Warning
     }
 }
 
-/// Compares what the walks found with V. Returns the dark sensors.
+fn source(direct: bool) -> &'static str {
+    if direct { "of the sky" } else { "of any window" }
+}
+
+/// Compares what the walks found with the coefficients of the sensors: V, or C. Returns the dark sensors.
 ///
 /// # Errors
 /// If no light reaches any sensor.
-pub(crate) fn check(inputs: &Inputs, view: &Matrix<f32>, warnings: &mut Warnings) -> Result<Vec<bool>, Error> {
+pub(crate) fn check(inputs: &Inputs, view: &Matrix<f32>, direct: bool, warnings: &mut Warnings) -> Result<Vec<bool>, Error> {
     let Some(dark) = dark_rows(view) else {
         let group = &inputs.sensors[0];
-        return Err(Error::new("no light of any window reaches any sensor")
+        let help = if inputs.windows.is_empty() {
+            "there is no [[window]], and the scene lets no light in: add one with name, surface and glass = 0.65"
+        } else {
+            "are the sensors inside a wall, or in a room without a window? Do the windows' normals point into the room?"
+        };
+        return Err(Error::new(format!("no light {} reaches any sensor", source(direct)))
             .file(&group.file)
             .line(group.sensors.first().map_or(1, |s| s.line))
-            .help("are the sensors inside a wall, or in a room without a window? Do the windows' normals point into the room?"));
+            .help(help));
     };
-    warn(&inputs.sensors, &dark, warnings);
+    warn(&inputs.sensors, &dark, direct, warnings);
     let brightened = inputs.seem_dark.iter().zip(&dark).filter(|(seemed, dark)| **seemed && !**dark).count();
     if brightened > 0 {
         warnings.push(Error::new(format!(
@@ -187,7 +209,7 @@ mod tests {
         let points = [[1.0, 1.0, 0.8], [3.0, 3.0, 0.8], [3.0, 3.0, 2.0], [9.0, 9.0, 0.8], [2.0, -1.0, 0.8]];
         let grey = |reflectance: f64| MaterialKind::Plastic { color: [reflectance; 3], specularity: 0.0, roughness: 0.0 };
         let (scene, window) = room(grey(0.5), grey(0.5));
-        let seen = seem_dark(&scene, std::slice::from_ref(&window), &group(&points).sensors);
+        let seen = seem_dark(&scene, Light::Windows(std::slice::from_ref(&window)), &group(&points).sensors);
         assert_eq!(seen, [false, true, false, true, true]);
         // Light enters a box of glass or of frosted glass.
         let glass = MaterialKind::Glass { transmissivity: [0.9; 3], refraction_index: 1.52 };
@@ -195,11 +217,11 @@ mod tests {
             MaterialKind::Trans { color: [0.5; 3], specularity: 0.0, roughness: 0.0, transmissivity: 0.5, transmitted_specularity: 0.0 };
         for kind in [glass, trans] {
             let (scene, window) = room(grey(0.5), kind);
-            assert_eq!(seem_dark(&scene, &[window], &group(&points[..3]).sensors), [false; 3]);
+            assert_eq!(seem_dark(&scene, Light::Windows(&[window]), &group(&points[..3]).sensors), [false; 3]);
         }
         // A window is seen even if nothing reflects.
         let (scene, window) = room(grey(0.0), grey(0.0));
-        assert_eq!(seem_dark(&scene, &[window], &group(&[[2.0, 2.0, 0.8], [3.0, 3.0, 0.8]]).sensors), [false, true]);
+        assert_eq!(seem_dark(&scene, Light::Windows(&[window]), &group(&[[2.0, 2.0, 0.8], [3.0, 3.0, 0.8]]).sensors), [false, true]);
     }
 
     #[test]
@@ -214,8 +236,8 @@ mod tests {
         let points: Vec<[f64; 3]> = (0..20).map(|i| [f64::from(i), 0.0, 0.0]).collect();
         let mut warnings = Warnings::new();
         let dark: Vec<bool> = (0..20).map(|i| i > 2).collect();
-        warn(&[group(&points)], &dark, &mut warnings);
-        warn(&[group(&points)], &dark, &mut warnings);
+        warn(&[group(&points)], &dark, false, &mut warnings);
+        warn(&[group(&points)], &dark, false, &mut warnings);
         let all: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         assert_eq!(all.len(), 1);
         assert!(all[0].starts_with("grid.txt:4: ") && all[0].contains("17 of 20 sensors of 'grid'"), "{}", all[0]);

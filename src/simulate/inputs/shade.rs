@@ -4,7 +4,7 @@
 use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::mirrors::Mirrors;
 use crate::scene::rad::ProxiedPane;
-use crate::scene::{self, MaterialIndex, MaterialKind, Scene, Triangle, Window};
+use crate::scene::{self, Material, MaterialIndex, MaterialKind, Pane, Scene, Triangle, Window};
 use crate::simulate::project::{Project, WindowSection};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -26,13 +26,14 @@ impl Shade {
         let base = project.folder();
         let relative = |f: &PathBuf| f.strip_prefix(base).unwrap_or(f).to_path_buf();
         // Materials are looked up in all files before; what the shade adds comes last.
-        let before: Vec<PathBuf> = project.scene.files.iter().filter(|f| !scene::gltf::is_gltf(f)).map(relative).collect();
+        let before: Vec<PathBuf> =
+            project.scene.files.iter().filter(|f| scene::Format::of(f) == scene::Format::Radiance).map(relative).collect();
         let mut known = Warnings::new();
         let first = scene::read_scene(&before, base, &mut known)?.triangles.len();
         let mut files = before;
         files.push(relative(file));
         let mut all = Warnings::new();
-        let (together, panes) = if scene::gltf::is_gltf(file) {
+        let (together, panes) = if scene::Format::of(file) != scene::Format::Radiance {
             (scene::read_scene(&files, base, &mut all)?, Vec::new())
         } else {
             scene::rad::read_shade(&files, base, &mut all)?
@@ -47,6 +48,14 @@ impl Shade {
         shade.check(window, &mut doubts).and_then(|()| shade.check_slabs(&panes, &mut doubts)).map_err(place)?;
         doubts.iter().for_each(|doubt| warnings.push(place(doubt.clone())));
         Ok(Some(shade))
+    }
+
+    /// A clear pane in the place of its window.
+    pub fn of_pane(window: &Window, pane: &Pane) -> Self {
+        let material = Material { name: format!("pane of {}", window.name), kind: pane.material() };
+        let triangle = |vertices: &[DVec3; 3]| Triangle { vertices: *vertices, material: MaterialIndex(0), surface: 0 };
+        let triangles = window.triangles.iter().map(triangle).collect();
+        Self { scene: Scene { triangles, materials: vec![material], surfaces: vec![window.origin.clone()], ..Scene::default() } }
     }
 
     /// All of its corners.
@@ -83,6 +92,36 @@ impl Shade {
         }
         Ok(())
     }
+}
+
+/// The material that a window's own polygons have, by the project's scene files and the window's own; nothing if it is
+/// not defined there.
+pub(super) fn own_material(project: &Project, section: &WindowSection, window: &Window) -> Option<MaterialKind> {
+    let base = project.folder();
+    let relative = |f: &PathBuf| f.strip_prefix(base).unwrap_or(f).to_path_buf();
+    let file = scene::split_part(&section.surface).0;
+    match scene::Format::of(&file) {
+        scene::Format::Radiance => {}
+        scene::Format::Honeybee => {
+            let model = scene::honeybee::read(&file, &mut Warnings::new()).ok()?;
+            let own = model.windows.iter().find(|w| w.window.name == window.name)?;
+            return match &own.glazing {
+                scene::honeybee::ModelGlazing::Glass(pane) => Some(pane.material()),
+                scene::honeybee::ModelGlazing::Bsdf(_) => None,
+            };
+        }
+        scene::Format::Gltf => return None,
+        // Its material is one of the .rad files.
+        scene::Format::Obj => {}
+    }
+    let is_radiance = |f: &&PathBuf| scene::Format::of(f) == scene::Format::Radiance;
+    let mut files: Vec<PathBuf> = project.scene.files.iter().filter(is_radiance).map(relative).collect();
+    files.push(relative(&section.surface));
+    let all = scene::read_scene(&files, base, &mut Warnings::new()).ok()?;
+    // The window's file comes last: of several surfaces of a name and line it is the last one.
+    let is_own = |t: &&Triangle| all.surfaces.get(t.surface as usize).is_some_and(|s| *s == window.origin);
+    let own = all.triangles.iter().rev().find(is_own)?;
+    Some(all.materials[own.material.0 as usize].kind)
 }
 
 /// Share of a pane's thickness, and length in the scene's unit, by which rounding may put geometry outside.

@@ -12,7 +12,7 @@ use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::random::Random;
 use crate::scene::pane::{glass_pane, transmissivity};
 use crate::scene::{MaterialKind, Scene, Window};
-use crate::simulate::project::Project;
+use crate::simulate::project::{Filling, Project};
 use crate::units::BRIGHTNESS_WEIGHTS;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -38,6 +38,10 @@ struct Transmittance {
 /// Warns of windows whose shade or tensor tree is not that of their BSDF at normal incidence.
 pub(super) fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) {
     for window in inputs.windows.iter().filter(|w| w.is_sunny()) {
+        // A clear pane is both, and so are layers.
+        if window.glass.is_some() || (window.shade.is_none() && is_of_layers(project, window)) {
+            continue;
+        }
         let bsdf = of_bsdf(window);
         // A window that is opaque to the sky has no ratio.
         if bsdf < 1e-3 {
@@ -66,6 +70,11 @@ pub(super) fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) 
         });
         warnings.push(doubt.help(help));
     }
+}
+
+fn is_of_layers(project: &Project, window: &ProjectWindow) -> bool {
+    let section = project.windows.iter().find(|s| s.is_of(&window.name));
+    section.is_some_and(|s| matches!(s.filling, Filling::Layers(_)) && s.tensor_tree.is_none())
 }
 
 /// Beyond what is allowed, and beyond the noise.

@@ -1,5 +1,6 @@
 //! Windows with their transmission, their states, and what the sun is traced through.
 
+use super::filling::Filled;
 use super::import::Imported;
 use super::shade::Shade;
 use crate::bsdf::evaluate::Scattering;
@@ -8,7 +9,7 @@ use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
-use crate::scene::{self, Window};
+use crate::scene::{self, Pane, Scene, Window};
 use crate::simulate::project::{Project, WindowSection};
 use glam::DVec3;
 use std::path::Path;
@@ -23,6 +24,10 @@ pub struct ProjectWindow {
     /// T `[outgoing bin][incident bin]`, RGB; includes the projected solid angle of the incident
     /// bin (as dctimestep applies it).
     pub transmission: Matrix<f64>,
+    /// What it is made of, for people.
+    pub made_of: String,
+    /// The clear pane that it is, if it is one; the sun is traced through it (`shade`).
+    pub glass: Option<Pane>,
     /// What the sun is traced through, if by anything but the transmission.
     pub shade: Option<Shade>,
     /// Scattering data that the sun is traced through in place of a shade.
@@ -54,18 +59,16 @@ pub(crate) fn read_surfaces(project: &Project, section: &WindowSection, warnings
     Ok(surfaces)
 }
 
-/// All windows of a section with their BSDFs; `patches` are those of the sky.
+/// All windows of a section with what fills them; `patches` are those of the sky, `scene` has their panes still.
 pub(super) fn read_windows(
     project: &Project,
     section: &WindowSection,
     patches: usize,
+    scene: &mut Scene,
     warnings: &mut Warnings,
 ) -> Result<Vec<ProjectWindow>> {
     let surfaces = read_surfaces(project, section, warnings)?;
-    let bsdf = bsdf::read(&section.bsdf, warnings)?;
-    let transmission = in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(&section.bsdf))?);
-    checked(&bsdf, &section.bsdf, warnings)?;
-    let pane = section.tensor_tree.as_ref().map(|file| read_pane(file, warnings)).transpose()?;
+    let named_pane = section.tensor_tree.as_ref().map(|file| read_pane(file, warnings)).transpose()?;
     let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
     let single = surfaces.len() == 1;
     if let (Some(_), [first, second, ..]) = (&section.daylight, &surfaces[..]) {
@@ -82,13 +85,20 @@ pub(super) fn read_windows(
             .help("give each its own [[window]] with its own shade"));
     }
     let mut windows = Vec::new();
+    let mut read: Option<Filled> = None;
     for window in surfaces {
         let bins = window.basis.len();
+        let filled = match read.take() {
+            Some(data @ Filled::Data(..)) => data,
+            _ => Filled::read(project, section, &window, scene, warnings)?,
+        };
+        let transmission = filled.transmission(&window.basis)?;
+        let own_pane = filled.pane(project, section, warnings)?;
         if (transmission.rows(), transmission.cols()) != (bins, bins) {
             return Err(Error::new(format!(
                 "the window is divided by the basis {} ({bins} bins), its BSDF {} has {} outgoing and {} incident bins",
                 window.basis.name(),
-                section.bsdf.display(),
+                filled.describe(section),
                 transmission.rows(),
                 transmission.cols()
             ))
@@ -108,18 +118,25 @@ pub(super) fn read_windows(
             }
         }
         let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
-        let shade = Shade::read(project, section, &window, warnings)?;
+        let glass = if let Filled::Glass(pane) = &filled { Some(*pane) } else { None };
+        let shade = match &glass {
+            Some(pane) => Some(Shade::of_pane(&window, pane)),
+            None => Shade::read(project, section, &window, warnings)?,
+        };
         let shape = "D has a row per bin and a column per patch, the ground first";
         let daylight = section.daylight.as_ref().map(|d| Imported::load(d, bins, patches, shape)).transpose()?;
         windows.push(ProjectWindow {
             name,
             window,
-            transmission: transmission.clone(),
+            transmission,
+            made_of: filled.describe(section),
+            glass,
             states: states.clone(),
             shade,
-            pane: pane.clone(),
+            pane: named_pane.clone().or(own_pane),
             daylight,
         });
+        read = Some(filled);
     }
     Ok(windows)
 }
@@ -133,7 +150,7 @@ fn read_state(path: &Path, warnings: &mut Warnings) -> Result<(String, Matrix<f6
 }
 
 /// The scattering function, with warnings of doubtful values.
-fn checked(bsdf: &bsdf::Bsdf, file: &Path, warnings: &mut Warnings) -> Result<Scattering> {
+pub(super) fn checked(bsdf: &bsdf::Bsdf, file: &Path, warnings: &mut Warnings) -> Result<Scattering> {
     let mut found = Warnings::new();
     let scattering = Scattering::checked(bsdf, &mut found).map_err(|e| e.file(file))?;
     found.iter().for_each(|w| warnings.push(w.clone().file(file)));
@@ -162,7 +179,7 @@ pub fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
 
 /// Sensors must see some window from its room side, or the normals point the wrong way. Windows that no sensor
 /// sees so may be those of other rooms: they are named.
-pub(super) fn check_sides(windows: &[ProjectWindow], sensors: &[Sensor], warnings: &mut Warnings) -> Result<()> {
+pub(super) fn check_sides(windows: &[ProjectWindow], sensors: &[Sensor], direct: bool, warnings: &mut Warnings) -> Result<()> {
     if sensors.is_empty() {
         return Ok(());
     }
@@ -177,7 +194,8 @@ pub(super) fn check_sides(windows: &[ProjectWindow], sensors: &[Sensor], warning
         let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
         let place = format!("window '{}' at {:.3} {:.3} {:.3}", window.name, middle.x, middle.y, middle.z);
         let told = |text: String| Error::new(text).file(&window.window.origin.file).line(window.window.origin.line);
-        if behind.len() == windows.len() {
+        // Sensors outdoors are behind all windows.
+        if behind.len() == windows.len() && !direct {
             return Err(told(format!("{place} faces the wrong way: every sensor is behind it"))
                 .help("its normal must point into the room: reverse the order of its vertices"));
         }

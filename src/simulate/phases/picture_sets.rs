@@ -20,7 +20,7 @@ use crate::matrix::rows::MatrixRows;
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::sun_pictures::SunPictures;
-use crate::simulate::store::{INPUTS, Store, software};
+use crate::simulate::store::{Store, header, software};
 use std::path::Path;
 
 /// Pixels of a band.
@@ -52,14 +52,11 @@ pub(crate) fn import(
     for (number, (pattern, path)) in sets.iter().flatten().enumerate() {
         let set = PictureSet::open(pattern, Some(bins), Exposure::Undo)?;
         check_size(pattern, [set.width(), set.height()], raster)?;
-        let header = [
-            software(),
-            format!("CONTENT=view matrix from pictures {pattern}, rows pixels from the top left, columns the windows' bins"),
-            format!("{INPUTS}={inputs}"),
-            format!("VIEW= {}", raster.camera().view().to_options()),
-            format!("RESOLUTION=-Y {} +X {}", raster.height(), raster.width()),
-        ];
-        crate::files::write_atomically(path, |out| {
+        let more =
+            [format!("VIEW= {}", raster.camera().view().to_options()), format!("RESOLUTION=-Y {} +X {}", raster.height(), raster.width())];
+        let about = format!("view matrix from pictures {pattern}, rows pixels from the top left, columns the windows' bins");
+        let header = header(inputs, &about, &more);
+        crate::files::seal::write_sealed(path, |out| {
             write_float_header(out, [raster.len(), bins, 3], &header)?;
             let (mut reader, mut values) = (set.rows(), Vec::new());
             let mut first = 0;

@@ -3,18 +3,18 @@
 use super::picture_sets;
 use crate::camera::Raster;
 use crate::error::{Error, Result};
-use crate::files::write_atomically;
+use crate::files::seal::write_sealed;
 use crate::glare::PixelGeometry;
 use crate::kernels::glare::BatchSums;
 use crate::kernels::image_matrix::{self, ImageOptions, PixelRows};
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, write_float_header, write_matrix};
+use crate::matrix::file::write_float_header;
 use crate::scene::Window;
 use crate::simulate::context::Context;
 use crate::simulate::project::views::ViewSection;
 use crate::simulate::store::fingerprint::Fingerprint;
-use crate::simulate::store::{INPUTS, is_of, software};
+use crate::simulate::store::{header, is_of};
 use rayon::prelude::*;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -88,13 +88,9 @@ impl ViewJob<'_> {
             }
             return Ok((raster.len(), bins, false));
         }
-        let header = [
-            software(),
-            "CONTENT=view matrix, rows pixels from the top left, columns the windows' bins".to_string(),
-            format!("{INPUTS}={inputs}"),
-            format!("VIEW= {}", raster.camera().view().to_options()),
-            format!("RESOLUTION=-Y {} +X {}", raster.height(), raster.width()),
-        ];
+        let more =
+            [format!("VIEW= {}", raster.camera().view().to_options()), format!("RESOLUTION=-Y {} +X {}", raster.height(), raster.width())];
+        let header = header(inputs, "view matrix, rows pixels from the top left, columns the windows' bins", &more);
         let mut trace = |out: &mut dyn Write, direct: Option<&mut dyn Write>| {
             let mut direct = direct;
             write_float_header(out, [raster.len(), bins, 3], &header)?;
@@ -131,9 +127,9 @@ impl ViewJob<'_> {
             Ok(())
         };
         if with_direct {
-            write_atomically(&direct_path, |direct| write_atomically(&path, |out| trace(out, Some(direct))))?;
+            write_sealed(&direct_path, |direct| write_sealed(&path, |out| trace(out, Some(direct))))?;
         } else {
-            write_atomically(&path, |out| trace(out, None))?;
+            write_sealed(&path, |out| trace(out, None))?;
         }
         if !sums.is_empty() {
             let values = sums.iter().flat_map(BatchSums::sums).map(|&v| (v / f64::from(self.refinement)) as f32).collect();
@@ -144,9 +140,8 @@ impl ViewJob<'_> {
 
     fn keep_batches(&self, values: Vec<f32>, (rows, bins): (usize, usize), inputs: Fingerprint) -> Result<()> {
         let matrix = Matrix::from_data(rows, bins, 3, values)?;
-        let about = "CONTENT=independent batches of the view matrix, rows Ev and sums over blocks of pixels";
-        let header = [software(), about.to_string(), format!("{INPUTS}={inputs}")];
-        write_matrix(Some(&self.batches_path()), &matrix, Format::Float, &header)
+        let about = "independent batches of the view matrix, rows Ev and sums over blocks of pixels";
+        self.context.store.save(&format!("V_{}_batches", self.view.name), &matrix, inputs, about)
     }
 
     /// Where the direct part of the view matrix is kept.

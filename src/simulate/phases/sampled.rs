@@ -1,41 +1,45 @@
 //! V of all sensors and D of all windows: sampled together, since one stops when the other is good enough,
-//! and kept.
+//! and kept. Where sensors see the sky itself C stands for V, and D is for pictures alone.
 
 use crate::error::Result;
+use crate::kernels::coefficients::{self, CoefficientOptions};
 use crate::kernels::daylight_matrix::{self, DaylightOptions, unobstructed};
 use crate::kernels::trace::{TraceStatistics, TracedMatrix};
 use crate::kernels::view_matrix::{self, ViewOptions};
 use crate::matrix::Matrix;
 use crate::progress::Progress;
-use crate::scene::Window;
 use crate::scene::points::Sensor;
+use crate::scene::{GlazedWindow, Window};
 use crate::simulate::context::{Context, Ledger, Seconds, Traced};
 use crate::simulate::inputs::import;
 use crate::simulate::inputs::{Inputs, split};
 use crate::simulate::phases::sky::sun_alone;
-use crate::simulate::plan::presets::{SHARE_OF_SENSORS, SHARE_OF_VIEW, daylight_options, view_options};
+use crate::simulate::plan::presets::{SHARE_OF_SENSORS, SHARE_OF_VIEW, coefficient_options, daylight_options, view_options};
 use crate::simulate::project::quality::Stop;
 use crate::simulate::sampling::chain::Chain;
 use crate::simulate::sampling::estimate::Estimate;
-use crate::simulate::sampling::{Judge, Source, sample};
+use crate::simulate::sampling::{Judge, Judgement, Source, sample};
 use crate::simulate::store::fingerprint::Fingerprint;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// The sampled matrices.
 pub(crate) struct Sampled {
-    /// V of all sensors.
+    /// V of all sensors, or C.
     pub view: Estimate,
-    /// D of each window.
+    /// Whether it is C.
+    pub sees_sky: bool,
+    /// D of each window; nothing where no receiver needs it.
     pub daylight: Vec<Estimate>,
     /// Sds, where five phases take the sun out and there is any.
     pub sun: Option<Matrix<f32>>,
 }
 
 impl Sampled {
-    /// For the errors of its product with S.
+    /// For the errors of the sensors' product with S.
     pub fn chain<'m>(&'m self, inputs: &'m Inputs, sky: &'m Matrix<f32>) -> Chain<'m> {
-        Chain { inputs, view: &self.view, daylight: &self.daylight, sky, sun: self.sun.as_ref() }
+        let daylight = if self.sees_sky { &[] } else { &self.daylight[..] };
+        Chain { inputs, view: &self.view, daylight, sees_sky: self.sees_sky, sky, sun: self.sun.as_ref() }
     }
 }
 
@@ -45,6 +49,36 @@ struct Fixed<'m> {
     sky: &'m Matrix<f32>,
     sun: Option<&'m Matrix<f32>>,
     eyes: Option<&'m Estimate>,
+    sees_sky: bool,
+}
+
+impl<'m> Fixed<'m> {
+    /// Of the sensors, or of the eyes in a project without.
+    fn sensors(&self, estimates: &'m [Estimate]) -> Chain<'m> {
+        let (inputs, sky, sun, sees_sky) = (self.inputs, self.sky, self.sun, self.sees_sky);
+        let (view, daylight) = match self.eyes {
+            _ if sees_sky => (&estimates[0], &[][..]),
+            Some(eyes) => (eyes, &estimates[1..]),
+            None => (&estimates[0], &estimates[1..]),
+        };
+        Chain { inputs, view, daylight, sees_sky, sky, sun }
+    }
+
+    /// Of the eyes beside sensors that need no D: they alone tell how good it must be.
+    fn eyes(&self, estimates: &'m [Estimate]) -> Option<Chain<'m>> {
+        let view = self.eyes.filter(|_| self.sees_sky)?;
+        Some(Chain { inputs: self.inputs, view, daylight: &estimates[1..], sees_sky: false, sky: self.sky, sun: self.sun })
+    }
+}
+
+/// Of two chains without a matrix in common: each variance in relation to its own light.
+fn both(sensors: &Judgement, eyes: &Judgement) -> Judgement {
+    let relative = |j: &Judgement| -> Vec<f64> {
+        let all: f64 = j.variances.iter().sum();
+        j.variances.iter().map(|v| if all > 0.0 { v / all * j.error.powi(2) } else { 0.0 }).collect()
+    };
+    let variances = relative(sensors).into_iter().chain(relative(eyes).into_iter().skip(1)).collect();
+    Judgement { error: sensors.error.max(eyes.error), at_most: sensors.at_most.max(eyes.at_most), variances }
 }
 
 /// What the rounds of all sources took together.
@@ -70,11 +104,18 @@ pub(crate) fn sampled(context: &Context<'_>, ledger: &mut Ledger, sky: &Matrix<f
     context.check_stop()?;
     let (project, inputs) = (context.project, context.inputs);
     let windows = inputs.geometry();
+    let glazed = inputs.glazed();
     let sensors = inputs.all_sensors();
+    let sees_sky = context.choice.direct;
     let stop = project.quality.stop();
     let meter = Meter::default();
-    let mut sources = vec![view_source(context, &windows, &sensors, &meter)?];
-    sources.extend((0..inputs.windows.len()).map(|i| daylight_source(context, i, &meter)));
+    let mut sources = vec![match sees_sky {
+        true => coefficient_source(context, &glazed, &sensors, &meter),
+        false => view_source(context, &windows, &sensors, &meter)?,
+    }];
+    if !sees_sky || !project.views.is_empty() {
+        sources.extend((0..inputs.windows.len()).map(|i| daylight_source(context, i, &meter)));
+    }
     if let Stop::Adaptive { .. } = stop {
         // What is sampled next depends on all of it.
         for source in &mut sources {
@@ -87,27 +128,31 @@ pub(crate) fn sampled(context: &Context<'_>, ledger: &mut Ledger, sky: &Matrix<f
     let five = context.choice.phases == 5;
     let sun = if five { Some(sun_alone(context)?).filter(|sun| sun.data().iter().any(|v| *v != 0.0)) } else { None };
     let eyes = eyes(context, stop, &windows, &meter)?;
-    fn chain_of<'m>(fixed: &Fixed<'m>, estimates: &'m [Estimate]) -> Chain<'m> {
-        let view = fixed.eyes.unwrap_or(&estimates[0]);
-        Chain { inputs: fixed.inputs, view, daylight: &estimates[1..], sky: fixed.sky, sun: fixed.sun }
-    }
-    let fixed = Fixed { inputs, sky, sun: sun.as_ref(), eyes: eyes.as_ref() };
+    let fixed = Fixed { inputs, sky, sun: sun.as_ref(), eyes: eyes.as_ref(), sees_sky };
     let judge = |estimates: &[Estimate]| {
-        let mut judgement = chain_of(&fixed, estimates).judge();
-        let room = if eyes.is_some() {
-            // What the pictures' own noise leaves.
-            (1.0 - SHARE_OF_VIEW).sqrt()
+        // What the pictures' own noise, or the suns', leaves.
+        let with_room = |mut judgement: Judgement, share: f64| {
+            judgement.error /= share.sqrt();
+            judgement.at_most /= share.sqrt();
+            judgement
+        };
+        let of_sensors = if eyes.is_some() && !sees_sky {
+            1.0 - SHARE_OF_VIEW
         } else if five {
-            // Room for the suns' own error.
-            SHARE_OF_SENSORS.sqrt()
+            SHARE_OF_SENSORS
         } else {
             1.0
         };
-        judgement.error /= room;
-        judgement.at_most /= room;
-        Ok(judgement)
+        let sensors = with_room(fixed.sensors(estimates).judge(), of_sensors);
+        Ok(match fixed.eyes(estimates) {
+            Some(eyes) => both(&sensors, &with_room(eyes.judge(), 1.0 - SHARE_OF_VIEW)),
+            None => sensors,
+        })
     };
-    let squares = |estimates: &[Estimate], source: usize| chain_of(&fixed, estimates).squares(source);
+    let squares = |estimates: &[Estimate], source: usize| match fixed.eyes(estimates).filter(|_| source > 0) {
+        Some(eyes) => eyes.squares(source),
+        None => fixed.sensors(estimates).squares(source),
+    };
     let judge = Judge { judge: &judge, squares: &squares };
     let (mut estimates, traced) = sample(&sources, stop, context.store, context.progress, &judge)?;
     let fingerprints: Vec<Fingerprint> = sources.iter().map(|s| s.inputs).collect();
@@ -122,7 +167,27 @@ pub(crate) fn sampled(context: &Context<'_>, ledger: &mut Ledger, sky: &Matrix<f
     for (i, d) in daylight.iter().enumerate() {
         keep_daylight(context, ledger, i, d, fingerprints[i + 1], traced[i + 1])?;
     }
-    Ok(Sampled { view, daylight, sun })
+    Ok(Sampled { view, sees_sky, daylight, sun })
+}
+
+fn coefficient_source<'a>(context: &Context<'a>, glazed: &'a [GlazedWindow], sensors: &'a [Sensor], meter: &'a Meter) -> Source<'a> {
+    let (device, project, inputs, sky) = (context.device, context.project, context.inputs, context.sky());
+    let options = move |round| CoefficientOptions { keep_batches: true, ..coefficient_options(project, round) };
+    let mut fingerprint = context.scene_fingerprint("C of the sky");
+    fingerprint.add(&sensors).add(&sky).add(&options(0));
+    for glazed in glazed {
+        fingerprint.add(&(&glazed.window.triangles, glazed.window.frame.z, glazed.pane));
+    }
+    Source {
+        name: "DC".into(),
+        inputs: fingerprint,
+        shape: (sensors.len(), sky.len()),
+        keep_direct: true,
+        trace: Box::new(move |round, progress: &dyn Progress| {
+            meter.measure(|s| &mut s.view, || coefficients::compute(device, &inputs.scene, glazed, sensors, sky, &options(round), progress))
+        }),
+        exact: None,
+    }
 }
 
 fn view_source<'a>(context: &Context<'a>, windows: &'a [Window], sensors: &'a [Sensor], meter: &'a Meter) -> Result<Source<'a>> {
@@ -180,10 +245,11 @@ fn daylight_source<'a>(context: &Context<'a>, number: usize, meter: &'a Meter) -
 }
 
 /// V of the views' eyes, taken for exact, where they alone tell how good D must be: in a project
-/// without sensors. The pictures' view matrices are sampled for themselves.
+/// without sensors, or whose sensors need no D. The pictures' view matrices are sampled for themselves.
 fn eyes(context: &Context<'_>, stop: Stop, windows: &[Window], meter: &Meter) -> Result<Option<Estimate>> {
     let (project, inputs) = (context.project, context.inputs);
-    if !matches!(stop, Stop::Adaptive { .. }) || !inputs.sensors.is_empty() || project.views.is_empty() {
+    let by_sensors = !inputs.sensors.is_empty() && !context.choice.direct;
+    if !matches!(stop, Stop::Adaptive { .. }) || by_sensors || project.views.is_empty() {
         return Ok(None);
     }
     let sensors = project.views.iter().map(|v| v.eye()).collect::<Result<Vec<_>>>()?;
@@ -201,14 +267,18 @@ fn keep_view(context: &Context<'_>, ledger: &mut Ledger, view: &Estimate, mut in
     if context.inputs.sensors.is_empty() {
         return Ok(());
     }
+    let (prefix, about) = match context.choice.direct {
+        true => ("DC", "daylight coefficients C, rows sensors, columns patches"),
+        false => ("V", "view matrix, rows sensors, columns the windows' bins"),
+    };
     inputs.add(&view.rounds);
     let total = view.total();
     let parts = [("", total), ("_direct", view.direct()), ("_standard_error", view.standard_error())];
     for (suffix, matrix) in parts {
         for (group, part) in context.inputs.sensors.iter().zip(split(&matrix, &context.inputs.sensors)) {
-            let name = format!("V_{}{suffix}", group.name);
+            let name = format!("{prefix}_{}{suffix}", group.name);
             if !context.store.has_matrix(&name, inputs) {
-                context.store.save(&name, &part, inputs, "view matrix, rows sensors, columns the windows' bins")?;
+                context.store.save(&name, &part, inputs, about)?;
             }
             if suffix.is_empty() {
                 ledger.note(&name, [part.rows(), part.cols()], !traced, ledger.seconds.view, of(view));

@@ -10,29 +10,37 @@ use crate::simulate::inputs::shade::black_model;
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::inputs::{SensorGroup, import, split};
 use crate::simulate::plan::presets::{pane_options, sun_options};
-use crate::simulate::project::Project;
 use crate::simulate::store::fingerprint::Fingerprint;
+
+/// Where the sun comes in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// By the windows whose sun is traced.
+    Windows,
+    /// Wherever the scene with its panes leaves it in.
+    Anywhere,
+}
 
 /// Sun matrix of these sensors, kept per group as `C_GROUP`, or that of an earlier run, and whether
 /// it was traced now.
 ///
 /// # Errors
 /// Failures of device and file system, or when stopped.
-pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet) -> Result<(SunMatrix, bool)> {
+pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet, way: Way) -> Result<(SunMatrix, bool)> {
     let (project, inputs) = (context.project, context.inputs);
     let mut fingerprint = context.scene_fingerprint("C");
     let shaded = inputs.shaded_windows();
     let panes = inputs.pane_windows();
     let sensors: Vec<Sensor> = groups.iter().flat_map(|g| &g.sensors).copied().collect();
     let options = sun_options(project);
-    fingerprint.add(&sensors).add(&options).add(&suns.suns);
+    fingerprint.add(&sensors).add(&options).add(&suns.suns).add(&way);
     for (window, corners) in &shaded {
         fingerprint.add(&(&window.triangles, &window.frame)).add(corners);
     }
     for (window, _) in &panes {
         fingerprint.add(&(&window.triangles, &window.frame)).add(&pane_options(project));
     }
-    add_scattering_data(project, &mut fingerprint)?;
+    add_scattering_data(context, &mut fingerprint)?;
     for shade in inputs.shades() {
         fingerprint.add(&shade.scene.materials).add_values(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
     }
@@ -46,7 +54,9 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
         return Ok((matrix, false));
     }
     let scene = black_model(&inputs.scene, inputs.shades());
-    let mut matrix = if shaded.is_empty() {
+    let mut matrix = if way == Way::Anywhere {
+        compute(context.device, &scene, Openings::Anywhere, &sensors, &suns.suns, &options, context.progress)?
+    } else if shaded.is_empty() {
         SunMatrix::zeros(sensors.len(), suns.suns.len())
     } else {
         compute(context.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, context.progress)?
@@ -101,13 +111,17 @@ pub(crate) fn write_suns(context: &Context<'_>, suns: &SunSet) -> Result<()> {
     })
 }
 
-/// Adds the files of scattering data that suns are traced through.
+/// Adds the scattering data that suns are traced through.
 ///
 /// # Errors
 /// A file that cannot be read any more.
-pub(crate) fn add_scattering_data(project: &Project, fingerprint: &mut Fingerprint) -> Result<()> {
-    for file in project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
+pub(crate) fn add_scattering_data(context: &Context<'_>, fingerprint: &mut Fingerprint) -> Result<()> {
+    for file in context.project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
         fingerprint.add_values(&crate::files::read(file)?);
+    }
+    // Of layers the clear view is on the diagonal of T.
+    for window in context.inputs.windows.iter().filter(|w| w.pane.is_some()) {
+        fingerprint.add(&window.transmission.data());
     }
     Ok(())
 }

@@ -59,7 +59,7 @@ pub(crate) fn sun_pictures(
     for window in &context.inputs.windows {
         inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
     }
-    add_scattering_data(context.project, &mut inputs)?;
+    add_scattering_data(context, &mut inputs)?;
     let mut needed: Vec<usize> = hours.iter().filter_map(|&h| Some((*suns.hours.get(h)?)?.0)).collect();
     needed.sort_unstable();
     needed.dedup();
@@ -127,7 +127,7 @@ fn write(
     [pixels, suns]: [usize; 2],
     pictures: &mut dyn FnMut(&mut dyn Write, &dyn Fn(std::io::Error) -> Error) -> Result<()>,
 ) -> Result<()> {
-    crate::files::write_atomically(path, |out| {
+    crate::files::seal::write_sealed(path, |out| {
         let fault = |e: std::io::Error| Error::io(path, &e);
         write_head(out, inputs, &all.hours, [pixels, suns]).map_err(fault)?;
         pictures(out, &fault)

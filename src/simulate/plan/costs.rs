@@ -3,7 +3,9 @@
 //! The counts follow the kernels' loops; what depends on chance (how long paths live) comes from a few walks
 //! through the scene. A test holds them to what a run counts.
 
-use super::presets::{daylight_options, image_options, pane_options, rounds, sun_options, sun_picture_options, view_options};
+use super::presets::{
+    coefficient_options, daylight_options, image_options, pane_options, rounds, sun_options, sun_picture_options, view_options,
+};
 use crate::bvh::Caster;
 use crate::error::Result;
 use crate::kernels::daylight_matrix::unobstructed;
@@ -23,6 +25,8 @@ const RGB: usize = 12;
 const DAYLIGHT_SEGMENTS: f64 = 2.2;
 /// Rays counted for each of the light paths of V.
 const LIGHT_PATH_SEGMENTS: f64 = 1.5;
+/// Rays of C for each vertex of a path: to a window, and outside if it gets there.
+const COEFFICIENT_SEGMENTS: f64 = 1.6;
 /// Rays of V for each path that looks for near surfaces and mirrors.
 const NEAR_SEGMENTS: f64 = 1.2;
 /// Rays to a sun, as counted behind slats: for each point on its disc asked for, and for each path.
@@ -45,6 +49,7 @@ mod slow {
     /// A ray of each phase.
     pub(super) const VIEW_RAY: f64 = 0.3e-6;
     pub(super) const DAYLIGHT_RAY: f64 = 0.55e-6;
+    pub(super) const COEFFICIENT_RAY: f64 = 0.55e-6;
     pub(super) const SUN_RAY: f64 = 0.6e-6;
     pub(super) const SUN_PIXEL_RAY: f64 = 1.6e-6;
     /// A sun that shines through a cell of a pane to a sensor or pixel: the scattering function between them.
@@ -200,6 +205,17 @@ fn view_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
     f64::from(rounds(project)) * (own + connections + paths * LIGHT_PATH_SEGMENTS)
 }
 
+/// Rays of C of so many sensors: a path inside has a ray to a window, and one outside, at each vertex.
+fn coefficient_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
+    let o = coefficient_options(project, 0);
+    let lives = Lives::new(inputs, o.bounces, o.roulette_weight);
+    let vertices = (1.0 / (1.0 - lives.kept)).min(lives.most() + 1.0);
+    let windows = if inputs.windows.is_empty() { 0.0 } else { 1.0 };
+    let ahead = f64::from(o.direct_samples) * (1.0 + DAYLIGHT_SEGMENTS) * windows;
+    let paths = f64::from(o.near_samples) * (1.0 + vertices * (1.0 + COEFFICIENT_SEGMENTS * windows));
+    f64::from(rounds(project)) * sensors as f64 * f64::from(o.batches) * (ahead + paths)
+}
+
 /// Rays of the view matrix of a picture that shows so many pixels.
 fn picture_rays(project: &Project, inputs: &Inputs, pixels: usize, windows_only: bool) -> f64 {
     let o = image_options(project, inputs.choice(project).phases);
@@ -236,11 +252,16 @@ pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, l
     let sky = PhasePlan::new("S".into(), (patches, "patches"), (steps, "steps")).worked(skies * (patches * steps) as f64 * slow::SKY);
     let mut all = vec![sky];
     let count: usize = inputs.sensors.iter().map(|g| g.sensors.len()).sum();
-    if count > 0 {
+    let direct = inputs.choice(project).direct;
+    if count > 0 && direct {
+        let phase = PhasePlan::new("DC of sensors".into(), (count, "sensors"), (patches, "patches"));
+        all.push(phase.traced(coefficient_rays(project, inputs, count), slow::COEFFICIENT_RAY));
+    } else if count > 0 {
         let phase = PhasePlan::new("V of sensors".into(), (count, "sensors"), (bins, "bins"));
         all.push(phase.traced(view_rays(project, inputs, count), slow::VIEW_RAY));
     }
-    for (i, window) in inputs.windows.iter().enumerate() {
+    let factored = if direct && project.views.is_empty() { &[][..] } else { &inputs.windows[..] };
+    for (i, window) in factored.iter().enumerate() {
         let own = window.window.basis.len();
         let known = project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window);
         let rays = if known || window.daylight.is_some() { 0.0 } else { daylight_rays(project, inputs, i) };

@@ -9,8 +9,8 @@ use crate::error::Result;
 use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::trace::{TraceTables, WindowSurfaces};
 use crate::scene::Window;
-use crate::simulate::inputs::Inputs;
 use crate::simulate::inputs::suns::SunCensus;
+use crate::simulate::inputs::{Inputs, ProjectWindow};
 use crate::simulate::project::Project;
 use crate::sky::{SkyOptions, sky_columns};
 use serde::Serialize;
@@ -32,8 +32,10 @@ pub struct Omission {
 /// The plan of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunPlan {
-    /// 2, 3 or 5.
+    /// 2, 3 or 5, of pictures and glare; of sensors too, unless they are direct.
     pub phases: u32,
+    /// Method of the sensors, with its formula.
+    pub sensors_method: String,
     /// Why.
     pub phases_because: String,
     /// What `[quality]` asks for.
@@ -73,13 +75,14 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
     let suns = (choice.phases == 5).then(|| inputs.sun_set(project)).transpose()?;
     let mut plan = RunPlan {
         phases: choice.phases,
+        sensors_method: choice.formula().to_string(),
         phases_because: choice.why.to_string(),
         preset: project.quality.name(),
         sky_subdivision: inputs.sky(project).subdivision(),
         sky_follows_glazing: project.method.sky.is_none(),
         hours: steps.hours(steps.len()),
         lit_hours: steps.hours(lit),
-        model: model(inputs),
+        model: model(project, inputs),
         costs: costs(project, inputs, suns.as_ref(), lit)?,
         suns: suns.map(|s| s.census),
         omissions: Vec::new(),
@@ -89,19 +92,34 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
     Ok(plan)
 }
 
-fn model(inputs: &Inputs) -> Vec<String> {
+fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
+    let direct = inputs.choice(project).direct;
     let scene = &inputs.scene;
     let mut lines = vec![format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len())];
     for window in &inputs.windows {
         let shade = match (&window.shade, &window.pane) {
+            (Some(_), _) if window.glass.is_some() => "the sun through the pane itself".to_string(),
             (Some(shade), _) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
             (None, Some(_)) => "the sun through its scattering data".to_string(),
             (None, None) => "the sun in patches of the sky, by its BSDF".to_string(),
         };
-        lines.push(format!("window {}: {:.2} m², {} bins, {shade}", window.name, window.window.area(), window.window.basis.len()));
+        let [azimuth, altitude] = window.window.faces();
+        let tilt = if altitude == 0.0 { String::new() } else { format!(" and {altitude}° up") };
+        lines.push(format!(
+            "window {}: {:.2} m² facing {azimuth}°{tilt}, {}, {} bins, {shade}",
+            window.name,
+            window.window.area(),
+            window.made_of,
+            window.window.basis.len()
+        ));
     }
     for group in &inputs.sensors {
-        lines.push(format!("sensors {}: {}", group.name, group.sensors.len()));
+        let how = if direct { ", each sees the sky itself, through all glass and by any way" } else { "" };
+        lines.push(format!("sensors {}: {}{how}", group.name, group.sensors.len()));
+    }
+    if direct {
+        let pictures = "by bins of the windows, in five phases: pictures share V and D among all hours and pixels";
+        lines.extend(project.views.iter().map(|view| format!("view {}: {pictures}", view.name)));
     }
     lines
 }
@@ -126,7 +144,7 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
         if suns.behind_windows > 0 {
             leave(
                 format!("{} suns, in {} hours", suns.behind_windows, suns.hours_behind_windows),
-                "they stand behind every shaded window: no light of theirs comes in straight",
+                "they stand behind every window that suns are traced through: no light of theirs comes in straight",
                 format!("{} rays", rays(suns.behind_windows as f64 * per_sun)),
                 "the suns' noise alone (they get other random numbers)",
             );
@@ -158,7 +176,10 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
         let what = format!("sky and pictures of {night} hours");
         leave(what, "night: they are zero", format!("{} of the products", share(night, plan.hours)), EXACT);
     }
-    for (i, window) in inputs.windows.iter().enumerate().filter(|(_, w)| unobstructed::nothing_before(&inputs.scene, &w.window)) {
+    let direct = inputs.choice(project).direct;
+    let needs_windows = !direct || !project.views.is_empty();
+    let free = |w: &ProjectWindow| needs_windows && unobstructed::nothing_before(&inputs.scene, &w.window);
+    for (i, window) in inputs.windows.iter().enumerate().filter(|(_, w)| free(w)) {
         leave(
             format!("rays of D of {}", window.name),
             "nothing stands before it: a quadrature gives the sky's shares of its bins",
@@ -173,6 +194,13 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
             let what = format!("{outside} of {} pixels of {}", raster.len(), view.name);
             leave(what, "they are outside the view", format!("{} of its rays", share(outside as f64, raster.len() as f64)), EXACT);
         }
+    }
+    if !needs_windows {
+        if !inputs.windows.is_empty() {
+            let because = "the sensors see the sky through the panes themselves, and there are no views";
+            leave("V, T and D of the windows".into(), because, "their rays".into(), EXACT);
+        }
+        return Ok(all);
     }
     let features = TraceTables::new(&inputs.scene, windows, WindowSurfaces::Absorb)?.features;
     if features.grey {
@@ -230,12 +258,7 @@ fn rays(n: f64) -> String {
 
 impl fmt::Display for RunPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let method = match self.phases {
-            2 => "two phases, I = DC·S with DC = V·T·D",
-            5 => "five phases, I = V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun",
-            _ => "three phases, I = V·T·D·S",
-        };
-        writeln!(f, "{method}\n  {}", self.phases_because)?;
+        writeln!(f, "{}\n  {}", self.sensors_method, self.phases_because)?;
         writeln!(
             f,
             "  sky MF:{}{}, {} hours of which {} have light, quality {}",

@@ -1,5 +1,6 @@
 //! What the presets of `[quality]` mean in samples.
 
+use crate::kernels::coefficients::CoefficientOptions;
 use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::sun_matrix::SunOptions;
@@ -45,6 +46,20 @@ pub(crate) fn view_options(project: &Project, round: u32) -> ViewOptions {
     ViewOptions {
         bounces: project.method.bounces,
         light_paths: samples(standard.light_paths, quality),
+        direct_samples: samples(standard.direct_samples, quality),
+        near_samples: samples(standard.near_samples, quality),
+        seed: seed(project, 0, round),
+        first_round: round == 0,
+        ..standard
+    }
+}
+
+/// Sampling of the daylight coefficients C.
+pub(crate) fn coefficient_options(project: &Project, round: u32) -> CoefficientOptions {
+    let standard = CoefficientOptions::default();
+    let quality = &project.quality;
+    CoefficientOptions {
+        bounces: project.method.bounces,
         direct_samples: samples(standard.direct_samples, quality),
         near_samples: samples(standard.near_samples, quality),
         seed: seed(project, 0, round),

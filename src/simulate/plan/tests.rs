@@ -13,7 +13,9 @@ const FACTOR: f64 = 1.5;
 
 fn shipped() -> Vec<PathBuf> {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    ["asymmetric/project.toml", "office/project_gltf.toml", "office/project.toml", "blinds/project.toml"].map(|p| scenes.join(p)).into()
+    ["glass_room/project.toml", "asymmetric/project.toml", "office/project_gltf.toml", "office/project.toml", "blinds/project.toml"]
+        .map(|p| scenes.join(p))
+        .into()
 }
 
 #[test]
@@ -40,6 +42,7 @@ fn the_rays_of_every_phase_are_those_foretold() {
             let run = match (kind, name) {
                 // Groups are traced together.
                 ("V", "sensors") => counted("V", &groups[..1]),
+                ("DC", "sensors") => counted("DC", &groups[..1]),
                 ("Cds", "sensors") => counted("C", &groups[..1]),
                 ("suns", view) => counted("suns", &[view]),
                 (kind, name) => counted(kind, &[name]),
@@ -58,7 +61,7 @@ fn the_rays_of_every_phase_are_those_foretold() {
 fn suns_through_panes_in_pictures_cost_their_scattering_functions() {
     let blinds = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/blinds");
     let mut project = Project::read(&blinds.join("project.toml")).unwrap();
-    (project.windows[0].shade, project.windows[0].tensor_tree) = (None, Some(project.windows[0].bsdf.clone()));
+    (project.windows[0].shade, project.windows[0].tensor_tree) = (None, Some(project.windows[0].bsdf_files()[0].clone()));
     let seconds = |project: &Project| {
         let inputs = Inputs::read(project, &mut Warnings::new()).unwrap();
         plan(project, &inputs).unwrap().costs.iter().find(|p| p.name == "suns of seat").unwrap().slow_seconds
@@ -90,6 +93,6 @@ fn states_and_pictures_cost_what_they_are_more() {
     project.images.hours = crate::simulate::project::views::ImageHours::None;
     project.sensors.clear();
     let window = &mut project.windows[0];
-    window.states = vec![window.bsdf.clone(), window.bsdf.clone(), window.bsdf.clone()];
+    window.states = vec![window.bsdf_files()[0].clone(); 3];
     assert!((seconds(&project, "glare of desk") / one - 3.0).abs() < 1e-9);
 }

@@ -58,6 +58,12 @@ impl ProjectBuilder {
         self.begin("window").set("window", "name", name).set("window", "surface", surface).set("window", "bsdf", bsdf)
     }
 
+    /// A `[[window]]` of clear glass: its surface, and its visible transmittance at normal incidence.
+    #[must_use]
+    pub fn glass_window(self, name: &str, surface: &str, transmittance: f64) -> Self {
+        self.begin("window").set("window", "name", name).set("window", "surface", surface).set("window", "glass", transmittance)
+    }
+
     /// A group of `[[sensors]]`: a file of `x y z dx dy dz` lines.
     #[must_use]
     pub fn sensors(self, name: &str, points: &str) -> Self {
@@ -109,7 +115,7 @@ impl ProjectBuilder {
     ///
     /// # Errors
     /// A value that project files cannot hold.
-    pub(crate) fn to_toml(&self) -> Result<String> {
+    pub fn to_toml(&self) -> Result<String> {
         match &self.fault {
             Some(fault) => Err(fault.clone()),
             None => toml::to_string(&self.sections).map_err(|e| Error::new(e.to_string())),

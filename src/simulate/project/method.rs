@@ -3,15 +3,19 @@
 use super::sections::WindowSection;
 use super::table::Table;
 use crate::bins::ReinhartSky;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::kernels::sun_matrix::Sun;
 use std::fmt;
 
 /// `phases` of the project file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phases {
-    /// Five if the sun can be traced through some window, else three.
+    /// Direct if all windows are clear glass, or there is none; else five if the sun can be traced through some
+    /// window, else three.
     Auto,
+    /// `I = C·S − Cd·Sds + Cds·Ssun` at sensors: daylight coefficients that are not factored at the windows. Honeybee
+    /// calls it the enhanced two-phase method.
+    Direct,
     /// Daylight coefficients `I = DC·S` with `DC = V·T·D`, which are kept.
     Two,
     /// `I = V·T·D·S`
@@ -55,7 +59,8 @@ impl fmt::Display for SunScheme {
 pub struct MethodSection {
     /// Number of phases.
     pub phases: Phases,
-    /// Suns of the five-phase method.
+    /// Suns that are traced, if `suns` was written; else of five phases MF:6, of direct coefficients hourly
+    /// ([`MethodSection::suns_of`]).
     pub suns: SunScheme,
     /// Division of the sky, Reinhart MF:n; `None`: as fine as the glazing asks.
     pub sky: Option<ReinhartSky>,
@@ -77,24 +82,93 @@ pub struct Glazing {
 /// The method that a run follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Choice {
-    /// 2, 3 or 5.
+    /// 2, 3 or 5: of pictures and glare, and of sensors unless they are `direct`.
     pub phases: u32,
+    /// Whether the sensors' coefficients go straight to the sky, through glass or without any window.
+    pub direct: bool,
     /// Why, for people.
     pub why: &'static str,
 }
 
+impl Choice {
+    fn of(phases: u32, why: &'static str) -> Self {
+        Self { phases, direct: false, why }
+    }
+
+    fn direct(why: &'static str) -> Self {
+        Self { phases: 5, direct: true, why }
+    }
+
+    /// The formula of the sensors.
+    pub fn formula(&self) -> &'static str {
+        match self.phases {
+            _ if self.direct => "direct, I = C·S − Cd·Sds + Cds·Ssun",
+            2 => "two phases, I = DC·S with DC = V·T·D",
+            5 => "five phases, I = V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun",
+            _ => "three phases, I = V·T·D·S",
+        }
+    }
+}
+
+/// What of a project its method depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// `[[window]]`
+    pub windows: &'a [WindowSection],
+    /// Whether there are sensors.
+    pub sensors: bool,
+    /// Whether matrices of the factored method were made elsewhere.
+    pub given: bool,
+}
+
+impl Asked<'_> {
+    /// Whether sensors can do without bins at the windows.
+    fn can_be_direct(&self) -> bool {
+        self.sensors && !self.given && self.windows.iter().all(|w| w.filling.is_glass())
+    }
+}
+
+/// What to do where a method needs windows.
+const NO_WINDOW: &str = "add [[window]] with name, surface and glass = 0.65, or write phases = \"direct\": sensors under the open sky, or behind \
+                         glass of the scene";
+
+impl Asked<'_> {
+    fn check_direct(&self) -> Result<()> {
+        if let Some(other) = self.windows.iter().find(|w| !w.filling.is_glass()) {
+            return Err(Error::new(format!(
+                "phases = \"direct\" follows light through clear glass, but window '{}' scatters it",
+                other.name
+            ))
+            .help("write phases = \"auto\", or give the window glass = 0.65 in place of its data"));
+        }
+        if self.given {
+            return Err(Error::new("matrices V, D or Cds made elsewhere are of the factored method, not of phases = \"direct\"")
+                .help("take them out, or write phases = 3 or 5"));
+        }
+        if !self.sensors {
+            return Err(Error::new("phases = \"direct\" is for sensors, and there are none")
+                .help("add [[sensors]], or write phases = 5, which pictures and glare follow"));
+        }
+        Ok(())
+    }
+}
+
 impl MethodSection {
-    pub(super) fn read(table: Option<Table<'_, '_>>, windows: &[WindowSection]) -> Result<Self> {
+    pub(super) fn read(table: Option<Table<'_, '_>>, asked: Asked<'_>) -> Result<Self> {
+        let windows = asked.windows;
         let patches = SunScheme::Patches(ReinhartSky::new(SunScheme::DEFAULT_SUBDIVISION)?);
         let mut method = Self { phases: Phases::Auto, suns: patches, sky: None, bounces: None, suns_are_given: false };
         let Some(mut table) = table else { return Ok(method) };
-        method.phases = match table.integer_or_choice("phases", 2..=5, &["auto"])? {
+        method.phases = match table.integer_or_choice("phases", 2..=5, &["auto", "direct"])? {
+            Some(Err("direct")) => Phases::Direct,
             None | Some(Err(_)) => Phases::Auto,
             Some(Ok(2)) => Phases::Two,
             Some(Ok(3)) => Phases::Three,
             Some(Ok(5)) => Phases::Five,
             Some(Ok(n)) => {
-                return Err(table.error("phases", format!("a method of {n} phases is not known")).help("choose 2, 3, 5 or \"auto\""));
+                return Err(table
+                    .error("phases", format!("a method of {n} phases is not known"))
+                    .help("choose 2, 3, 5, \"direct\" or \"auto\""));
             }
         };
         let suns = table.integer_or_choice("suns", 1..=6, &["hourly"])?;
@@ -109,7 +183,14 @@ impl MethodSection {
             Some(Ok(n)) => method.sky = Some(ReinhartSky::new(n as usize)?),
         }
         method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
-        let shaded = windows.iter().find(|w| w.lets_suns_through());
+        let shaded = windows.iter().find(|w| w.names_what_suns_pass());
+        let clear = windows.iter().any(|w| w.filling.is_clear());
+        if method.phases == Phases::Direct {
+            asked.check_direct().map_err(|e| table.place("phases").of(e))?;
+        }
+        if windows.is_empty() && matches!(method.phases, Phases::Two | Phases::Three | Phases::Five) {
+            return Err(table.error("phases", "phases 2, 3 and 5 are taken at windows, and there is none").help(NO_WINDOW));
+        }
         match (method.phases, shaded) {
             (Phases::Two | Phases::Three, Some(window)) => {
                 return Err(table
@@ -122,10 +203,10 @@ impl MethodSection {
             (Phases::Two | Phases::Three, None) if suns.is_some() => {
                 return Err(table.error("suns", "suns are traced by five phases only").help("write phases = 5, or take suns out"));
             }
-            (Phases::Five, None) => {
+            (Phases::Five, None) if !clear => {
                 return Err(table
                     .error("phases", "five phases need a window that the sun is traced through")
-                    .help("add shade = \"….rad\" (slats, panes) or tensor_tree = \"….xml\" to a [[window]], or write phases = 3"));
+                    .help("add shade = \"….rad\" (slats, panes) or tensor_tree = \"….xml\" to a [[window]], or glass = 0.65 in place of its bsdf, or write phases = 3"));
             }
             _ => {}
         }
@@ -133,20 +214,44 @@ impl MethodSection {
         Ok(method)
     }
 
-    /// The method for these windows and their glazing.
-    pub fn choice(&self, windows: &[WindowSection], glazing: &Glazing) -> Choice {
+    /// Takes these suns as if they were written.
+    pub fn take_suns(&mut self, suns: SunScheme) {
+        (self.suns, self.suns_are_given) = (suns, true);
+    }
+
+    /// The suns of a method.
+    pub fn suns_of(&self, choice: &Choice) -> SunScheme {
+        if choice.direct && !self.suns_are_given { SunScheme::HOURLY } else { self.suns }
+    }
+
+    /// The method for what a project asks and the glazing of its windows.
+    pub fn choice(&self, asked: Asked<'_>, glazing: &Glazing) -> Choice {
+        let windows = asked.windows;
         let shaded = windows.iter().any(WindowSection::lets_suns_through);
+        let named = windows.iter().any(WindowSection::names_what_suns_pass);
         match self.phases {
-            Phases::Two => Choice { phases: 2, why: "as asked: daylight coefficients V·T·D are kept" },
-            Phases::Three => Choice { phases: 3, why: "as asked" },
-            Phases::Five => Choice { phases: 5, why: "as asked" },
+            Phases::Two => Choice::of(2, "as asked: daylight coefficients V·T·D are kept"),
+            Phases::Three => Choice::of(3, "as asked"),
+            Phases::Five => Choice::of(5, "as asked"),
+            Phases::Direct => Choice::direct("as asked"),
+            Phases::Auto if asked.can_be_direct() && windows.is_empty() => Choice::direct("there is no window"),
+            Phases::Auto if asked.can_be_direct() => {
+                Choice::direct("all windows are clear glass, which sensors see through without bins of directions")
+            }
             Phases::Auto if shaded && !self.suns_are_given && glazing.spreads_suns => {
-                Choice { phases: 3, why: "the windows that suns could be traced through spread all light evenly" }
+                Choice::of(3, "the windows that suns could be traced through spread all light evenly")
             }
+            Phases::Auto if shaded && !named && windows.iter().any(|w| w.states.len() > 1) => {
+                Choice::of(3, "windows have several states, for which suns are not traced")
+            }
+            Phases::Auto if shaded && !named && windows.iter().any(|w| !w.filling.is_glass()) => {
+                Choice::of(5, "the sun is traced through the clear panes themselves; not all windows are 'glass', so none is 'direct'")
+            }
+            Phases::Auto if shaded && !named => Choice::of(5, "the sun is traced through the clear panes themselves"),
             Phases::Auto if shaded => {
-                Choice { phases: 5, why: "a window has a shade or tensor tree, whose patches of sun the sky's patches would blur" }
+                Choice::of(5, "a window has a shade or tensor tree, whose patches of sun the sky's patches would blur")
             }
-            Phases::Auto => Choice { phases: 3, why: "no window has a shade or tensor tree that suns could be traced through" },
+            Phases::Auto => Choice::of(3, "no window has glass, a shade or a tensor tree that suns could be traced through"),
         }
     }
 }

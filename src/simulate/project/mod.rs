@@ -4,11 +4,13 @@
 //! [weather]
 //! file = "weather/NYC.wea"            # or .epw
 //! [scene]
-//! files = ["materials.rad", "room.rad"]
+//! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
 //! [[window]]                          # any number
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
-//! bsdf = "bsdf/clear.xml"
+//! glass = 0.65                        # a clear pane; "scene": as in the scene files; or one of these:
+//! # bsdf = "bsdf/clear.xml"           # scattering data
+//! # glazing = ["glass:clear_6mm", "gap=16mm", "film.xml"]  # layers from outside to inside
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
 //! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
@@ -31,8 +33,8 @@
 //! [images]
 //! hours = "daylight"                  # "daylight" | "none" | [1164, 1929], hours of the year from 0
 //! [method]
-//! phases = "auto"                     # "auto" | 2 | 3 | 5
-//! suns = 6                            # of five phases: Reinhart MF, or "hourly"
+//! phases = "auto"                     # "auto" | "direct" | 2 | 3 | 5
+//! suns = 6                            # Reinhart MF, or "hourly": left out, five phases have 6, direct ones hourly
 //! sky_subdivision = "auto"            # as the glazing asks (MF:4, diffuse panels MF:2), or Reinhart MF:1 … 6
 //! bounces = 4                         # left out: not truncated (Russian roulette)
 //! [quality]
@@ -52,6 +54,8 @@ mod document;
 pub mod given;
 pub mod glare;
 pub mod method;
+mod model;
+mod of_model;
 pub mod quality;
 mod sections;
 mod spelling;
@@ -62,10 +66,11 @@ pub mod views;
 pub use self::document::Place;
 use self::document::Places;
 use self::glare::GlareSection;
-use self::method::MethodSection;
+use self::method::{Asked, Choice, Glazing, MethodSection};
+use self::model::NamedModel;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
-pub(crate) use self::sections::{SceneSection, SensorPoints, SensorsSection, WeatherSection, WindowSection};
+pub(crate) use self::sections::{Filling, SceneSection, SensorPoints, SensorsSection, WeatherSection, WindowSection};
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
@@ -111,6 +116,11 @@ impl Project {
         Self::parse(file, &text)
     }
 
+    /// The method that a run follows, whose windows have this glazing.
+    pub fn choice(&self, glazing: &Glazing) -> Choice {
+        self.method.choice(asked(&self.windows, &self.sensors), glazing)
+    }
+
     /// The folder its paths are relative to.
     pub fn folder(&self) -> &Path {
         self.file.parent().unwrap_or(Path::new(""))
@@ -121,19 +131,35 @@ impl Project {
         let entries = document.parse()?;
         let mut top = Table::top(&document, &entries);
         let weather = WeatherSection::read(top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?)?;
-        let scene = SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
-        let windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
-        let sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
+        let (scene, model) =
+            SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
+        let mut windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
+        let mut sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
         let mut views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
         for table in top.tables("views")? {
             views.extend(read_grid(table)?);
         }
         let glare = GlareSection::read(top.table("glare")?)?;
         let images = ImagesSection::read(top.table("images")?)?;
-        let method = MethodSection::read(top.table("method")?, &windows)?;
+        if let (Some(place), Some(file)) = (model, scene.files.last()) {
+            let model = NamedModel::read(file, place)?;
+            if windows.is_empty() {
+                windows = model.windows()?;
+            }
+            if sensors.is_empty() && views.is_empty() {
+                sensors = model.sensors();
+            }
+            if views.is_empty() && (sensors.is_empty() || glare.is_some() || images.hours != ImageHours::None) {
+                views = model.views()?;
+            }
+        }
+        let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
-        if windows.is_empty() {
-            return Err(top.missing_section("window", "add [[window]] with name, surface and bsdf"));
+        if windows.is_empty() && !views.is_empty() {
+            return Err(top.missing_section(
+                "window",
+                "pictures and glare need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
+            ));
         }
         if sensors.is_empty() && views.is_empty() {
             return Err(top.missing_section("sensors", "add [[sensors]] with name and points, or [[view]] with name and file"));
@@ -161,6 +187,11 @@ impl Project {
         project.states_match()?;
         Ok(project)
     }
+}
+
+fn asked<'a>(windows: &'a [WindowSection], sensors: &[SensorsSection]) -> Asked<'a> {
+    let given = windows.iter().any(|w| w.daylight.is_some()) || sensors.iter().any(|s| s.view.is_some() || s.sun.is_some());
+    Asked { windows, sensors: !sensors.is_empty(), given }
 }
 
 fn unique<'n>(top: &Table<'_, '_>, section: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {

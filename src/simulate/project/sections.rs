@@ -1,8 +1,9 @@
 //! `[weather]`, `[scene]`, `[[window]]`, `[[sensors]]`.
 
 use super::given::ImportSection;
-use super::table::{Table, name};
+use super::table::{Place, Table, name};
 use crate::error::Result;
+use crate::scene::Pane;
 use crate::scene::grid::Spread;
 use std::path::PathBuf;
 
@@ -16,8 +17,37 @@ pub struct WeatherSection {
 /// `[scene]`: the room and what stands around it, without its windows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneSection {
-    /// Radiance scene files, in the order Radiance would get them.
+    /// Scene files, Radiance's in the order Radiance would get them; the model, if there is one, among them.
     pub files: Vec<PathBuf>,
+}
+
+/// What fills a window.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Filling {
+    /// Scattering data, XML; the first of the window's states, if it has several.
+    Bsdf(PathBuf),
+    /// A clear pane of this visible transmittance at normal incidence.
+    Glass(f64),
+    /// The glass that the window's surface has in the scene files.
+    SceneGlass,
+    /// Layers from outside to inside, in the words of `lucarne bsdf layer`.
+    Layers(Vec<String>),
+}
+
+impl Filling {
+    /// Whether it is a pane whose light is that of a formula.
+    pub fn is_glass(&self) -> bool {
+        matches!(self, Self::Glass(_) | Self::SceneGlass)
+    }
+
+    /// Whether it mirrors light and lets it pass, but does not scatter: panes of glass alone.
+    pub fn is_clear(&self) -> bool {
+        let of_glass = |word: &String| word.strip_prefix("flip:").unwrap_or(word).starts_with("glass:") || word.starts_with("gap=");
+        match self {
+            Self::Layers(words) => words.iter().all(of_glass),
+            other => other.is_glass(),
+        }
+    }
 }
 
 /// One `[[window]]`.
@@ -27,8 +57,10 @@ pub struct WindowSection {
     pub name: String,
     /// Radiance file with the window's polygons, normals into the room.
     pub surface: PathBuf,
-    /// Transmission of the window, Klems XML; the first of its states, if it has several.
-    pub bsdf: PathBuf,
+    /// What it is made of.
+    pub filling: Filling,
+    /// Where that stands in the project file.
+    pub place: Place,
     /// Slats and panes that the sun is traced through, Radiance file.
     pub shade: Option<PathBuf>,
     /// Scattering data that the sun is traced through in place of a shade, XML of any kind.
@@ -73,17 +105,44 @@ impl WeatherSection {
 }
 
 impl SceneSection {
-    pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
-        let files = table.required_paths("files", "add files = [\"materials.rad\", \"room.rad\"]")?;
+    /// The section, and where its `model` stands, which is the last of its files.
+    pub(super) fn read(mut table: Table<'_, '_>) -> Result<(Self, Option<Place>)> {
+        let place = table.place("model");
+        let Some(file) = table.path("model")? else {
+            let files = table.required_paths("files", "add files = [\"materials.rad\", \"room.rad\"], or model = \"room.hbjson\"")?;
+            table.finish()?;
+            return Ok((Self { files }, None));
+        };
+        let mut files = table.paths("files")?;
         table.finish()?;
-        Ok(Self { files })
+        files.push(file);
+        Ok((Self { files }, Some(place)))
     }
 }
 
 impl WindowSection {
-    /// Whether suns are traced through it, by the five-phase method.
-    pub fn lets_suns_through(&self) -> bool {
+    /// Whether the project names what suns are traced through.
+    pub fn names_what_suns_pass(&self) -> bool {
         self.shade.is_some() || self.tensor_tree.is_some()
+    }
+
+    /// Whether suns are traced through it, by the five-phase method: through what the project names, or clear panes.
+    pub fn lets_suns_through(&self) -> bool {
+        self.names_what_suns_pass() || self.filling.is_clear()
+    }
+
+    /// Whether a window of this name is of it: its own, or with its polygons' modifier where the section has several.
+    pub fn is_of(&self, window: &str) -> bool {
+        window.strip_prefix(&self.name).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+    }
+
+    /// Files of scattering data, one per state; none for glass and layers.
+    pub fn bsdf_files(&self) -> &[PathBuf] {
+        match &self.filling {
+            Filling::Bsdf(_) if !self.states.is_empty() => &self.states,
+            Filling::Bsdf(file) => std::slice::from_ref(file),
+            _ => &[],
+        }
     }
 
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
@@ -91,18 +150,7 @@ impl WindowSection {
         let surface =
             table.required_path("surface", "add surface = \"….rad\": the window's polygons, with normals that point into the room")?;
         let states = table.paths("states")?;
-        let bsdf = match states.first() {
-            // The key is asked for all the same, so that it is known.
-            Some(first) => match table.path("bsdf")? {
-                None => first.clone(),
-                Some(_) => {
-                    return Err(table
-                        .error("bsdf", "a window has either one 'bsdf' or several 'states'")
-                        .help("put this file first in 'states' and take 'bsdf' out"));
-                }
-            },
-            None => table.required_path("bsdf", "add bsdf = \"….xml\": the window's Klems BSDF")?,
-        };
+        let (filling, place) = filling(&mut table, &states)?;
         let shade = table.path("shade")?;
         let tensor_tree = table.path("tensor_tree")?;
         if shade.is_some() && tensor_tree.is_some() {
@@ -110,9 +158,14 @@ impl WindowSection {
                 .error("tensor_tree", "the sun is traced either through a 'shade' or through a 'tensor_tree'")
                 .help("keep the shade if there are slats or panes to trace, the tensor tree if there are only measured data"));
         }
+        if let (true, Some(key)) = (filling.is_glass(), shade.as_ref().map(|_| "shade").or(tensor_tree.as_ref().map(|_| "tensor_tree"))) {
+            return Err(table.error(key, format!("the sun is traced through the pane of 'glass' itself, so there is no '{key}' beside it")).help(
+                "take it out; for blinds behind the pane give the BSDF of both together (lucarne bsdf generate, lucarne bsdf layer) and their shade",
+            ));
+        }
         let daylight = ImportSection::read(&mut table, "daylight", "daylight_direct")?;
         table.finish()?;
-        Ok(Self { name, surface, bsdf, shade, tensor_tree, states, daylight })
+        Ok(Self { name, surface, filling, place, shade, tensor_tree, states, daylight })
     }
 }
 
@@ -150,6 +203,35 @@ impl SensorPoints {
         let file = if is_file { table.path("surface")? } else { None };
         Ok(file.map_or(Self::OverSurface(surface, spread), |file| Self::OverFile(file, spread)))
     }
+}
+
+/// What a `[[window]]` is made of, by the one of its keys that says so.
+fn filling(table: &mut Table<'_, '_>, states: &[PathBuf]) -> Result<(Filling, Place)> {
+    // All keys are asked for, so that they are known.
+    let given = [
+        ("bsdf", table.path("bsdf")?.map(Filling::Bsdf)),
+        ("glass", table.number_or_choice("glass", 0.0..=1.0, &["scene"])?.map(|g| g.map_or(Filling::SceneGlass, Filling::Glass))),
+        ("glazing", table.strings("glazing", "[\"glass:clear_6mm\", \"gap=16mm\", \"film.xml\"]")?.map(Filling::Layers)),
+        ("states", states.first().cloned().map(Filling::Bsdf)),
+    ];
+    let mut given = given.into_iter().filter_map(|(key, filling)| Some((key, filling?)));
+    const HELP: &str = "glass = 0.65 is a clear pane of that transmittance (\"scene\": that of the scene's glass), bsdf = \"….xml\" scattering \
+                        data, glazing = [\"glass:clear_6mm\", …] layers";
+    let Some((key, filling)) = given.next() else {
+        return Err(table.missing_all(&["bsdf", "glass", "glazing", "states"], "does not say what the window is made of", HELP));
+    };
+    if let Some((other, _)) = given.next() {
+        let error = table.error(key, format!("a window has either '{key}' or '{other}'"));
+        return Err(match other {
+            "states" if key == "bsdf" => error.help("put this file first in 'states' and take 'bsdf' out"),
+            _ => error.help(format!("keep the one that tells what the window is made of: {HELP}")),
+        });
+    }
+    if let Filling::Glass(transmittance) = filling {
+        let place = table.place(key);
+        Pane::of_transmittance([transmittance; 3]).map_err(|e| place.of(e))?;
+    }
+    Ok((filling, table.place(key)))
 }
 
 impl SensorsSection {

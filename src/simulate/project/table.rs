@@ -5,6 +5,7 @@ pub(super) use super::document::{Document, Place};
 use super::spelling::nearest;
 use crate::error::{Error, Result};
 use crate::image::series::Pattern;
+use crate::scene::{Format, split_part};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
@@ -142,8 +143,12 @@ impl<'d, 'a> Table<'d, 'a> {
     fn existing_file(&self, key: &str, text: &str) -> Result<PathBuf> {
         let folder = self.document.file.parent().unwrap_or(Path::new(""));
         let path = folder.join(text);
-        match std::fs::metadata(&path) {
-            Ok(m) if m.is_dir() => Err(self.error(key, format!("'{text}' is a folder, not a file"))),
+        // Of `room.hbjson#south` the file has to be there.
+        match std::fs::metadata(split_part(&path).0) {
+            // A model may be the folder that Honeybee writes for Radiance.
+            Ok(m) if m.is_dir() && Format::of(&split_part(&path).0) != Format::Honeybee => {
+                Err(self.error(key, format!("'{text}' is a folder, not a file")))
+            }
             Ok(_) => Ok(path),
             Err(e) => {
                 let wanted = path.display();
@@ -204,6 +209,39 @@ impl<'d, 'a> Table<'d, 'a> {
             None => Ok(None),
             Some(value) => self.number_of(key, value, &limits).map(Some),
         }
+    }
+
+    /// A number within limits (`Ok`) or one of several words (`Err`).
+    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
+    pub(super) fn number_or_choice(
+        &mut self,
+        key: &'static str,
+        limits: std::ops::RangeInclusive<f64>,
+        words: &[&'static str],
+    ) -> Result<Option<std::result::Result<f64, &'static str>>> {
+        if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
+            let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
+            let numbers = format!(", or a number from {} to {}, without quotes", limits.start(), limits.end());
+            return Ok(self.choice_beside(key, &choices, &numbers)?.map(Err));
+        }
+        Ok(self.number(key, limits)?.map(Ok))
+    }
+
+    /// A list of texts that is not empty; `example` shows one.
+    pub(super) fn strings(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let DeValue::Array(items) = value.get_ref() else {
+            return Err(self.wrong_type(key, value.get_ref(), &format!("a list like {example}")));
+        };
+        if items.is_empty() {
+            return Err(self.error(key, "this list is empty").help(format!("write {key} = {example} or the like")));
+        }
+        let text = |item: &Spanned<DeValue<'_>>| match item.get_ref() {
+            DeValue::String(s) if !s.trim().is_empty() => Ok(s.to_string()),
+            DeValue::String(_) => Err(self.error(key, "a text of this list is empty")),
+            other => Err(self.wrong_type(key, other, "a text in quotes")),
+        };
+        items.iter().map(text).collect::<Result<_>>().map(Some)
     }
 
     /// A list of numbers within limits.
@@ -299,6 +337,15 @@ impl<'d, 'a> Table<'d, 'a> {
             });
         }
         Ok(tables)
+    }
+
+    /// An error that the table has none of some keys; a misspelt one is answered.
+    pub(super) fn missing_all(&self, keys: &[&str], what: &str, help: &str) -> Error {
+        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), keys).is_some());
+        match slip {
+            Some(slip) => self.unknown(slip, keys),
+            None => self.document.error_at(self.offset, format!("[{}] {what}", self.name)).help(help),
+        }
     }
 
     /// An error that the table as a whole lacks something.

@@ -39,7 +39,7 @@ fn read(text: &str) -> Result<Project> {
     let file = folder.path().join("project.toml");
     std::fs::write(&file, text).unwrap();
     let project = Project::read(&file)?;
-    project.check_phases(project.method.choice(&project.windows, &glazing()).phases)?;
+    project.check_phases(project.choice(&glazing()).phases)?;
     Ok(project)
 }
 
@@ -67,7 +67,7 @@ fn a_sound_project_is_read_with_paths_relative_to_it() {
 fn what_is_left_out_has_defaults() {
     let p = read(&GOOD[..GOOD.find("[method]").unwrap()]).unwrap();
     assert_eq!((p.method.phases, p.method.sky, p.method.bounces), (Phases::Auto, None, None));
-    assert_eq!(p.method.choice(&p.windows, &glazing()).phases, 3);
+    assert_eq!(p.choice(&glazing()).phases, 3);
     assert_eq!((p.quality.preset, p.quality.seed), (Preset::Standard, 1));
 }
 
@@ -82,7 +82,7 @@ fn every_fault_is_answered_with_line_key_and_remedy() {
         ("files = [", "file = [", 5, &["'file'", "[scene]", "did you mean 'files'?"]),
         ("[[window]]", "[window]", 6, &["window", "[[window]]"]),
         ("bsdf = \"b.xml\"", "bsfd = \"b.xml\"", 9, &["'bsfd'", "did you mean 'bsdf'?"]),
-        ("bsdf = \"b.xml\"", "", 6, &["[window 1] has no 'bsdf'", "Klems"]),
+        ("bsdf = \"b.xml\"", "", 6, &["[window 1] does not say what the window is made of", "glass = 0.65", "bsdf =", "glazing ="]),
         ("bsdf = \"b.xml\"", "bsdf = \"c.xml\"", 9, &["window 1.bsdf", "no file", "c.xml", "relative"]),
         ("surface = \"w.rad\"", "surface = 3", 8, &["window 1.surface", "a whole number", "text"]),
         ("sky_subdivision = 4", "sky_subdivision = 7", 15, &["method.sky_subdivision", "1 to 6"]),
@@ -145,12 +145,12 @@ fn a_shade_makes_five_phases() {
         ("phases = 5\nsuns = 4", SunScheme::Patches(ReinhartSky::new(4).unwrap())),
     ] {
         let p = read(&shaded.replace("phases = 3", phases)).unwrap();
-        assert_eq!(p.method.choice(&p.windows, &glazing()).phases, 5);
+        assert_eq!(p.choice(&glazing()).phases, 5);
         assert_eq!(p.method.suns, suns);
         assert!(p.windows[0].shade.as_ref().is_some_and(|s| s.ends_with("s.rad")));
     }
     let p = read(&GOOD.replace("phases = 3", "phases = 2")).unwrap();
-    assert_eq!((p.method.phases, p.method.choice(&p.windows, &glazing()).phases), (Phases::Two, 2));
+    assert_eq!((p.method.phases, p.choice(&glazing()).phases), (Phases::Two, 2));
 }
 
 #[test]

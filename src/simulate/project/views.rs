@@ -3,11 +3,14 @@
 use super::given::GivenPictures;
 use super::table::{Place, Table, name};
 use crate::camera::{Raster, View};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warnings};
+use crate::scene;
 use crate::scene::points::Sensor;
 use crate::weather::Steps;
 use std::path::PathBuf;
 
+/// Pixels of a view, if nothing else is said.
+pub(super) const DEFAULT_RESOLUTION: [usize; 2] = [512, 512];
 /// Most pixels in a row or column.
 const MOST_PIXELS: u64 = 16_384;
 /// One `[[view]]`: a camera with one picture per hour.
@@ -31,11 +34,13 @@ impl ViewSection {
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let name = name(&mut table, "add name = \"desk\" or the like")?;
         let file = table.required_path("file", "add file = \"….vf\": a file with a line of view options")?;
-        let resolution = resolution(&mut table)?.unwrap_or([512, 512]);
+        let view =
+            scene::read_model_view(&file, &mut Warnings::new())?.map(|o| view_of_options(&o).map_err(|e| e.file(&file))).transpose()?;
+        let resolution = resolution(&mut table)?.unwrap_or(DEFAULT_RESOLUTION);
         let given = GivenPictures::read(&mut table)?;
         let place = table.place("resolution");
         table.finish()?;
-        Ok(Self { name, file, view: None, resolution, place, given })
+        Ok(Self { name, file, view, resolution, place, given })
     }
 
     /// The view, not yet checked.
@@ -76,6 +81,16 @@ pub(super) fn resolution(table: &mut Table<'_, '_>) -> Result<Option<[usize; 2]>
     let size = <[u64; 2]>::try_from(size)
         .map_err(|_| table.error("resolution", "a resolution is two numbers").help("write resolution = [400, 400]"))?;
     Ok(Some(size.map(|n| n as usize)))
+}
+
+/// A view of a model, by its options.
+///
+/// # Errors
+/// Options that no camera has.
+pub(super) fn view_of_options(options: &str) -> Result<View> {
+    let view = View::parse(options)?;
+    view.camera()?;
+    Ok(view)
 }
 
 /// Hours of which pictures are written.

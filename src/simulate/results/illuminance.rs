@@ -3,9 +3,8 @@
 use crate::error::{Error, Result};
 use crate::kernels::product::{Arrangement, Multiplier};
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, write_matrix};
 use crate::simulate::inputs::SensorGroup;
-use crate::simulate::store::{Store, software};
+use crate::simulate::store::{Store, write_stored};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use crate::weather::Record;
 use crate::weather::time::Time;
@@ -78,8 +77,8 @@ pub(crate) fn write_illuminance(
         Content::Illuminance => (group.name.clone(), "illuminance"),
         Content::StandardError => (format!("{}_standard_error", group.name), "standard error of the illuminance"),
     };
-    let header = [software(), format!("CONTENT={about} of {} in lux, rows sensors, columns time steps", group.name)];
-    write_matrix(Some(&store.illuminance_path(&name, "mtx")), lux, Format::Float, &header)?;
+    let about = format!("{about} of {} in lux, rows sensors, columns time steps", group.name);
+    write_stored(&store.illuminance_path(&name, "mtx"), lux, &about)?;
     let path = store.illuminance_path(&name, "csv");
     crate::files::write_atomically(&path, |out| {
         let fault = |e: std::io::Error| Error::io(&path, &e);

@@ -6,12 +6,11 @@ use super::suns::TracedSuns;
 use super::views::Made;
 use crate::error::Result;
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, write_matrix};
 use crate::simulate::context::Context;
 use crate::simulate::inputs::split;
 use crate::simulate::light::{Daylight, WindowLight, multiply, transmitted};
 use crate::simulate::store::fingerprint::Fingerprint;
-use crate::simulate::store::software;
+use crate::simulate::store::write_stored;
 use serde::{Deserialize, Serialize};
 
 /// One group of sensors.
@@ -53,7 +52,7 @@ fn spatial_autonomy_means(facing_up: usize, count: usize) -> String {
 /// # Errors
 /// Failures of the multiplier's device and of the file system.
 pub(crate) fn light_at_sensors(context: &Context<'_>, made: &Made<'_>) -> Result<Matrix<f32>> {
-    let (light, multiplier, inputs) = (made.light, made.multiplier, context.inputs);
+    let (light, multiplier, inputs) = (made.at_sensors, made.multiplier, context.inputs);
     let (total, direct) = (made.sampled.view.total(), made.sampled.view.direct());
     let receivers = light.receivers(&total, &direct, inputs.differences());
     let mut lux = light.over_the_year(&illuminance(multiplier, &receivers, &light.right)?);
@@ -66,7 +65,7 @@ pub(crate) fn light_at_sensors(context: &Context<'_>, made: &Made<'_>) -> Result
     Ok(lux)
 }
 
-/// Writes V·T·D·S, Vd·T·Dd·Sds and Cds·Ssun of every group.
+/// Writes V·T·D·S (or C·S), Vd·T·Dd·Sds (or Cd·Sds) and Cds·Ssun of every group.
 fn write_terms(
     context: &Context<'_>,
     made: &Made<'_>,
@@ -74,7 +73,7 @@ fn write_terms(
     lux: &Matrix<f32>,
     sun: &Matrix<f32>,
 ) -> Result<()> {
-    let light = made.light;
+    let light = made.at_sensors;
     let (three_phase, taken) = if light.is_split() {
         // The halves of the right factor are X and X − Xsun.
         let (x, rest) = light.right.data().split_at(light.right.data().len() / 2);
@@ -85,11 +84,15 @@ fn write_terms(
     } else {
         (lux.clone(), Matrix::zeros(lux.rows(), lux.cols(), 1))
     };
-    let terms = [("three_phase", "V·T·D·S", &three_phase), ("direct", "Vd·T·Dd·Sds", &taken), ("sun", "Cds·Ssun", sun)];
-    for (name, formula, term) in terms {
+    let [whole, part] = match made.sampled.sees_sky {
+        true => [("whole", "C·S"), ("direct", "Cd·Sds")],
+        false => [("three_phase", "V·T·D·S"), ("direct", "Vd·T·Dd·Sds")],
+    };
+    let terms = [(whole, &three_phase), (part, &taken), (("sun", "Cds·Ssun"), sun)];
+    for ((name, formula), term) in terms {
         for (group, part) in context.inputs.sensors.iter().zip(split(term, &context.inputs.sensors)) {
-            let header = [software(), format!("CONTENT={formula} of {} in lux, rows sensors, columns hours", group.name)];
-            write_matrix(Some(&context.store.term_path(&group.name, name)?), &part, Format::Float, &header)?;
+            let about = format!("{formula} of {} in lux, rows sensors, columns hours", group.name);
+            write_stored(&context.store.term_path(&group.name, name)?, &part, &about)?;
         }
     }
     Ok(())
@@ -124,7 +127,7 @@ pub(crate) fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) 
     let chain = made.sampled.chain(context.inputs, &made.skies.whole);
     let suns = made.suns.map(TracedSuns::variance);
     let suns = suns.as_ref().map(|s| s as &annual::SunVariance<'_>);
-    annual::estimate(&chain, made.multiplier, made.light, lux, suns, context.project.quality.target(), &stage)
+    annual::estimate(&chain, made.multiplier, made.at_sensors, lux, suns, context.project.quality.target(), &stage)
 }
 
 /// Writes illuminances, errors and metrics of all groups.

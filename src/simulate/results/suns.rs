@@ -7,7 +7,7 @@ use crate::matrix::Matrix;
 use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::inputs::shade;
 use crate::simulate::inputs::suns::SunSet;
-use crate::simulate::phases::sun::{sun_matrix, write_suns};
+use crate::simulate::phases::sun::{Way, sun_matrix, write_suns};
 use crate::simulate::plan::presets::sun_options;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -36,7 +36,8 @@ impl TracedSuns {
         let (project, inputs) = (context.project, context.inputs);
         let set = inputs.sun_set(project)?;
         shade::warn_of_mirrors(inputs.shades(), warnings);
-        let (matrix, traced) = sun_matrix(context, &inputs.sensors, &set)?;
+        let (matrix, traced) =
+            sun_matrix(context, &inputs.sensors, &set, if context.choice.direct { Way::Anywhere } else { Way::Windows })?;
         write_suns(context, &set)?;
         // Through panes all suns share their cells.
         let error_sets = if inputs.windows.iter().any(|w| w.pane.is_some()) { 1 } else { sun_options(project).path_sets as usize };

@@ -104,7 +104,7 @@ impl<'m> Deviations<'m> {
         };
         let receivers = shaped(rows(&self.receivers), n)?;
         let mut first = 0;
-        for (number, window) in self.chain.inputs.windows.iter().enumerate() {
+        for (number, window) in self.chain.windows().iter().enumerate() {
             let bins = first..first + window.window.basis.len();
             first = bins.end;
             let seen = self.columns_of(&receivers, bins)?;

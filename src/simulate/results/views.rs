@@ -45,6 +45,8 @@ pub struct Made<'a> {
     pub skies: &'a Skies,
     /// What the windows send into the room in every hour of the year.
     pub light: &'a Light,
+    /// What the columns of the sensors' coefficients send: the same, or the sky's patches.
+    pub at_sensors: &'a Light,
     /// The suns of five phases.
     pub suns: Option<&'a TracedSuns>,
 }
@@ -229,7 +231,8 @@ fn eye_error(context: &Context<'_>, made: &Made<'_>, job: &ViewJob<'_>) -> Resul
     let row = |batch: usize| Matrix::from_data(1, sums.cols(), 3, sums.row(batch * rows).to_vec());
     let replicates = (0..batches).map(row).collect::<Result<Vec<_>>>()?;
     let view = Estimate { replicates, rounds: 1, ..Estimate::none() };
-    let chain = Chain { inputs: context.inputs, view: &view, daylight: &made.sampled.daylight, sky: &made.skies.whole, sun: None };
+    let chain =
+        Chain { inputs: context.inputs, view: &view, daylight: &made.sampled.daylight, sees_sky: false, sky: &made.skies.whole, sun: None };
     let Some(year) = chain.annual().into_iter().next().filter(|y| y.value > 0.0) else { return Ok(None) };
     let relative = |variance: f64| variance.sqrt() / year.value;
     // What rounds know beyond the replicates is about the sensors, or about all eyes.

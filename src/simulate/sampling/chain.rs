@@ -4,19 +4,21 @@
 use super::Judgement;
 use super::estimate::Estimate;
 use crate::matrix::Matrix;
-use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::{Inputs, ProjectWindow};
 use crate::statistics::{student_95, upper_variance, variance_of_mean};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use rayon::prelude::*;
 
 /// The matrices that illuminance is the product of.
 pub struct Chain<'m> {
-    /// Windows with their T.
+    /// What the project's files hold.
     pub inputs: &'m Inputs,
-    /// V of all sensors.
+    /// V of all sensors; C if they see the sky itself.
     pub view: &'m Estimate,
-    /// D of each window.
+    /// D of each window; nothing of C.
     pub daylight: &'m [Estimate],
+    /// Whether `view` is C, whose bins are the patches of the sky.
+    pub sees_sky: bool,
     /// S.
     pub sky: &'m Matrix<f32>,
     /// Sds, the sun's share of S: five phases take it out of what comes directly through windows whose
@@ -59,7 +61,7 @@ pub(crate) fn relative_error(mean: f64, standard_error: f64) -> Option<f64> {
 
 type Light = Vec<[f64; 3]>;
 
-impl Chain<'_> {
+impl<'m> Chain<'m> {
     /// Replicates of whatever is sampled; 1 if nothing is.
     pub fn replicates(&self) -> usize {
         self.daylight.iter().map(|d| d.replicates.len()).max().unwrap_or(1).max(self.view.replicates.len())
@@ -69,6 +71,11 @@ impl Chain<'_> {
     pub(crate) fn confidence_95(&self, sums: &[AnnualSum]) -> f64 {
         let degrees = sums.iter().map(|s| s.degrees).fold(f64::INFINITY, f64::min);
         student_95(if degrees.is_finite() { degrees as usize } else { self.replicates() - 1 })
+    }
+
+    /// Windows whose bins the columns of `view` are; none of C, whose columns are patches of the sky.
+    pub fn windows(&self) -> &'m [ProjectWindow] {
+        if self.sees_sky { &[] } else { &self.inputs.windows }
     }
 
     fn sources(&self) -> impl Iterator<Item = &Estimate> {
@@ -81,9 +88,8 @@ impl Chain<'_> {
         let year = sums_of_hours(self.sky);
         let sun = self.sun.map(sums_of_hours);
         // Per window and replicate of its D.
-        let at_windows: Vec<Vec<Light>> = self
-            .inputs
-            .windows
+        let mut at_windows: Vec<Vec<Light>> = self
+            .windows()
             .par_iter()
             .zip(self.daylight)
             .map(|(window, d)| {
@@ -101,8 +107,14 @@ impl Chain<'_> {
                 (0..d.replicates.len()).map(of).collect()
             })
             .collect();
+        let mut bins: Vec<usize> = self.windows().iter().map(|w| w.window.basis.len()).collect();
+        if self.sees_sky {
+            let rest = sun.iter().flat_map(|sun| year.iter().zip(sun).map(|(all, sun)| less(*all, *sun)));
+            bins.push(year.len());
+            at_windows.push(vec![year.iter().copied().chain(rest).collect()]);
+        }
         let rows = self.view.replicates.first().map_or(0, Matrix::rows);
-        (0..rows).into_par_iter().map(|sensor| self.annual_sum(sensor, &at_windows)).collect()
+        (0..rows).into_par_iter().map(|sensor| self.annual_sum(sensor, &at_windows, &bins)).collect()
     }
 
     /// The columns of one window in a sensor's row of the formula's left factor, by one replicate of V.
@@ -116,18 +128,22 @@ impl Chain<'_> {
         whole.iter().zip(&direct).map(|(all, direct)| less(*all, *direct)).chain(direct.iter().copied()).collect()
     }
 
-    fn annual_sum(&self, sensor: usize, windows: &[Vec<Light>]) -> AnnualSum {
+    fn annual_sum(&self, sensor: usize, windows: &[Vec<Light>], bins: &[usize]) -> AnnualSum {
         let replicates = self.view.replicates.len();
         // Values of the illuminance by replicates of V, then by those of each D.
         let mut by_view = vec![0.0; replicates];
         let mut by_daylight = Vec::new();
         let mut first = 0;
-        for (lights, section) in windows.iter().zip(&self.inputs.windows) {
-            let bins = first..first + section.window.basis.len();
+        for (lights, count) in windows.iter().zip(bins) {
+            let bins = first..first + count;
             first = bins.end;
             let rows: Vec<Light> = (0..replicates).map(|r| self.row(r, sensor, bins.clone())).collect();
             let (row, light) = (mean_light(&rows), mean_light(lights));
             by_view.iter_mut().zip(&rows).for_each(|(value, row)| *value += lux(row, &light));
+            // The sky is not sampled.
+            if self.sees_sky {
+                continue;
+            }
             by_daylight.push(lights.iter().map(|light| lux(&row, light)).collect::<Vec<f64>>());
         }
         let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;

@@ -10,10 +10,10 @@ use std::fmt::{self, Write};
 pub struct Fingerprint(blake3::Hash);
 
 impl Fingerprint {
-    /// The fingerprint of nothing but the kind of matrix and the program's version.
+    /// The fingerprint of nothing but the kind of matrix, the program's version and its sources (`build.rs`).
     pub fn new(kind: &str) -> Self {
         let mut new = Self(blake3::hash(b"Lucarne"));
-        new.add(&(kind, env!("CARGO_PKG_VERSION")));
+        new.add(&(kind, env!("CARGO_PKG_VERSION"), env!("LUCARNE_SOURCES")));
         new
     }
 

@@ -5,11 +5,17 @@ mod sun_coding;
 pub(crate) mod sun_pictures;
 
 use self::fingerprint::Fingerprint;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warnings};
+use crate::files::remove_leftovers;
+use crate::files::seal::{self, write_sealed};
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, MatrixFile, read_matrix, write_matrix};
+use crate::matrix::file::{Format, MatrixFile, read_matrix, write_matrix_to};
 use crate::matrix::rows::MatrixRows;
+use std::collections::{BTreeSet, HashSet};
+use std::fs::{File, TryLockError};
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Header key under which a matrix file keeps its [`Fingerprint`].
 pub(crate) const INPUTS: &str = "LUCARNE_INPUTS";
@@ -19,14 +25,26 @@ pub struct Store {
     folder: PathBuf,
     /// Other output folders, whose matrices may be taken over.
     others: Vec<PathBuf>,
+    /// Nobody else writes into the folder as long as this is held.
+    _lock: Option<File>,
+    files: Mutex<Files>,
+}
+
+/// What is known of the folder's files.
+#[derive(Default)]
+struct Files {
+    /// Those whose checksum was found right.
+    whole: HashSet<PathBuf>,
+    /// Those whose checksum was not.
+    damaged: BTreeSet<PathBuf>,
 }
 
 impl Store {
     /// Makes the folders and makes sure that they can be written to, so that a fault is found
-    /// before the work and not after it.
+    /// before the work and not after it. What a killed run left half-written is removed.
     ///
     /// # Errors
-    /// If a folder cannot be made or written to.
+    /// If a folder cannot be made or written to, or another run writes into it.
     pub fn open(folder: &Path) -> Result<Self> {
         for sub in ["matrices", "illuminance"] {
             let path = folder.join(sub);
@@ -38,7 +56,15 @@ impl Store {
             std::fs::write(&probe, b"").map_err(named)?;
             std::fs::remove_file(&probe).map_err(named)?;
         }
-        Ok(Self { folder: folder.to_path_buf(), others: Vec::new() })
+        let lock = lock(folder)?;
+        remove_leftovers(folder);
+        for sub in ["matrices", "illuminance", "illuminance/terms", "glare"] {
+            remove_leftovers(&folder.join(sub));
+        }
+        for entry in std::fs::read_dir(folder.join("images")).into_iter().flatten().flatten() {
+            remove_leftovers(&entry.path());
+        }
+        Ok(Self { folder: folder.to_path_buf(), others: Vec::new(), _lock: lock, files: Mutex::default() })
     }
 
     /// The same folder, beside others whose files are taken over where they fit.
@@ -51,14 +77,38 @@ impl Store {
     /// Whether a file of this folder fits, or one of the same name in another folder, which then
     /// becomes this folder's too.
     pub fn has(&self, path: &Path, fits: &dyn Fn(&Path) -> bool) -> bool {
-        if fits(path) {
+        if fits(path) && self.is_whole(path) {
             return true;
         }
         let Ok(name) = path.strip_prefix(&self.folder) else { return false };
-        let Some(other) = self.others.iter().map(|f| f.join(name)).find(|p| fits(p)) else { return false };
+        let Some(other) = self.others.iter().map(|f| f.join(name)).find(|p| fits(p) && self.is_whole(p)) else { return false };
         // Files are only ever replaced, never written into: two names for one are safe.
         let _ = std::fs::remove_file(path);
         std::fs::hard_link(&other, path).is_ok() || std::fs::copy(&other, path).is_ok()
+    }
+
+    /// Whether a file is what was written into it. It is read once only: nobody else writes here meanwhile.
+    fn is_whole(&self, path: &Path) -> bool {
+        let mut files = self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        if files.whole.contains(path) {
+            return true;
+        }
+        let whole = seal::is_whole(path);
+        if whole {
+            files.whole.insert(path.to_path_buf())
+        } else {
+            files.damaged.insert(path.to_path_buf())
+        };
+        whole
+    }
+
+    /// Warns of the files that were damaged since they were written, and had to be made again.
+    pub(crate) fn warn_of_damage(&self, warnings: &mut Warnings) {
+        let damaged = std::mem::take(&mut self.files.lock().unwrap_or_else(PoisonError::into_inner).damaged);
+        for path in damaged {
+            let message = "the file has changed since it was written: it was not used, but computed again";
+            warnings.push(Error::new(message).file(path).help("if this happens often, check the disk"));
+        }
     }
 
     /// Name of the file with the summary.
@@ -168,9 +218,27 @@ impl Store {
     /// # Errors
     /// As [`save`](Self::save).
     pub(crate) fn save_with(&self, name: &str, matrix: &Matrix<f32>, inputs: Fingerprint, about: &str, more: &[String]) -> Result<()> {
-        let own = [software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}")];
-        write_matrix(Some(&self.matrix_path(name)), matrix, Format::Float, &[&own, more].concat())
+        let path = self.matrix_path(name);
+        write_sealed(&path, |out| write_matrix_to(out, matrix, Format::Float, &header(inputs, about, more)).map_err(|e| e.file(&path)))
     }
+}
+
+/// Writes a matrix that is a result; `about` says what it is.
+///
+/// # Errors
+/// Failures of the file system with the path named.
+pub(crate) fn write_stored(path: &Path, matrix: &Matrix<f32>, about: &str) -> Result<()> {
+    let header = [software(), format!("CONTENT={about}"), seal::line()];
+    write_sealed(path, |out| write_matrix_to(out, matrix, Format::Float, &header).map_err(|e| e.file(path)))
+}
+
+/// A matrix of a result folder, or one that somebody else made.
+///
+/// # Errors
+/// A file that cannot be read, or has changed since it was written.
+pub(crate) fn read_stored(path: &Path) -> Result<MatrixFile> {
+    seal::check(path)?;
+    read_matrix(path)
 }
 
 /// Whether a matrix file of these inputs and shape is there, by its header alone.
@@ -182,6 +250,36 @@ pub(crate) fn is_of(path: &Path, inputs: Fingerprint, shape: (usize, usize, usiz
 /// The header line that names the program.
 pub(crate) fn software() -> String {
     format!("SOFTWARE=lucarne {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// The header of a stored matrix: program, content, inputs, checksum, and what else is to be told.
+pub(crate) fn header(inputs: Fingerprint, about: &str, more: &[String]) -> Vec<String> {
+    [&[software(), format!("CONTENT={about}"), format!("{INPUTS}={inputs}"), seal::line()], more].concat()
+}
+
+/// Name of the file that a run holds a lock on, with its process in it.
+const LOCK: &str = ".lock";
+
+/// Keeps other runs out of a folder until the file that it gives is closed; nothing on a file system without locks.
+fn lock(folder: &Path) -> Result<Option<File>> {
+    let path = folder.join(LOCK);
+    let fault = |e: std::io::Error| Error::io(&path, &e).field("output folder");
+    let mut file = File::options().create(true).read(true).write(true).truncate(false).open(&path).map_err(fault)?;
+    match file.try_lock() {
+        Ok(()) => {
+            let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+            file.set_len(0).and_then(|()| writeln!(file, "process {} {}", std::process::id(), host.trim())).map_err(fault)?;
+            Ok(Some(file))
+        }
+        Err(TryLockError::WouldBlock) => {
+            let holder = std::fs::read_to_string(&path).unwrap_or_default();
+            Err(Error::new(format!("another run writes into this folder ({})", holder.trim()))
+                .file(folder)
+                .field("output folder")
+                .help("wait until it has ended, or choose another folder with -o"))
+        }
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
 }
 
 #[cfg(test)]

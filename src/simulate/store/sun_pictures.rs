@@ -3,17 +3,18 @@
 
 use super::sun_coding::{decode, encode};
 use crate::error::{Error, Result};
+use crate::files::seal;
 use crate::kernels::sun_matrix::pixels::{SparsePicture, SunPicture};
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// First bytes of a file of sparse pictures. Then, little endian: the inputs' fingerprint with its
-/// length; the hours with their number, each its sun (from 1, 0 for none; u32) and radiance (f64);
+/// First bytes of a file of sparse pictures. Then the line of its checksum and, little endian: the inputs'
+/// fingerprint with its length; the hours with their number, each its sun (from 1, 0 for none; u32) and radiance (f64);
 /// the view's number of pixels; the pictures with their number, each its sun, length in bytes, and these
 /// bytes ([`sun_coding`](super::sun_coding)).
-const MAGIC: &[u8; 8] = b"LUCSUNS5";
+const MAGIC: &[u8; 8] = b"LUCSUNS6";
 /// Bytes of an hour.
 const HOUR: usize = 12;
 /// The suns' pictures of one view.
@@ -46,6 +47,7 @@ pub(crate) fn write_head(
     [pixels, pictures]: [usize; 2],
 ) -> std::io::Result<()> {
     out.write_all(MAGIC)?;
+    writeln!(out, "{}", seal::line())?;
     out.write_all(&(inputs.len() as u64).to_le_bytes())?;
     out.write_all(inputs.as_bytes())?;
     out.write_all(&(hours.len() as u64).to_le_bytes())?;
@@ -122,6 +124,7 @@ impl SunPictures {
         if words.bytes(MAGIC.len() as u64).ok().as_deref() != Some(MAGIC) {
             return Err(Error::new("this is no file of suns' pictures").file(path).help("delete it: it will be computed again"));
         }
+        words.skip(seal::line().len() as u64 + 1).map_err(fault)?;
         let (inputs, hours, pixels, places) = Self::read_places(&mut words).map_err(fault)?;
         let file = std::fs::File::open(path).map_err(fault)?;
         let inputs = String::from_utf8_lossy(&inputs).into_owned();

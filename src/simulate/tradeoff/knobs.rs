@@ -1,9 +1,9 @@
 //! Settings of a project that can be changed.
 
 use crate::bins::{AngleBasis, KlemsBasis};
-use crate::bsdf::{self, Block, Component, resample::to_klems};
-use crate::error::{Error, Result, Warnings};
-use crate::simulate::inputs::{Inputs, in_colour};
+use crate::error::{Error, Result};
+use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::filling::transmission_over;
 use crate::simulate::project::Project;
 
 /// What is changed.
@@ -65,13 +65,16 @@ pub fn knobs(project: &Project, inputs: &Inputs) -> Vec<Knob> {
     all.extend([1, 2, 4].map(Knob::Bounces));
     let bins = inputs.windows.iter().map(|w| w.window.basis.len()).max().unwrap_or(0);
     let coarser = [KlemsBasis::Half, KlemsBasis::Quarter].into_iter().filter(|b| AngleBasis::from(*b).len() < bins);
-    all.extend(coarser.map(Knob::Basis));
+    // Sensors that see the sky itself know no bins.
+    if !inputs.choice(project).direct || project.glare.is_some() {
+        all.extend(coarser.map(Knob::Basis));
+    }
     all.extend([(1, 1.0 / 16.0), (1, 1.0), (2, 1.0)].map(|(n, scale)| Knob::Sky(n, scale)));
     if !project.views.is_empty() && project.glare.is_some() {
         all.extend([0.5, 2.0].map(Knob::Picture));
     }
     if inputs.choice(project).phases == 5 {
-        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns]);
+        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns].into_iter().skip(usize::from(inputs.windows.is_empty())));
     }
     all
 }
@@ -82,16 +85,9 @@ pub(super) fn rebase(inputs: &mut Inputs, project: &Project, basis: &AngleBasis)
         let section = project
             .windows
             .iter()
-            .find(|s| window.name == s.name || window.name.starts_with(&format!("{}-", s.name)))
+            .find(|s| s.is_of(&window.name))
             .ok_or_else(|| Error::new(format!("window '{}' belongs to no [[window]]", window.name)))?;
-        let mut data = bsdf::read(&section.bsdf, &mut Warnings::new())?;
-        for blocks in [&mut data.visible, &mut data.cie_x, &mut data.cie_z] {
-            for component in [Component::TransmissionFront, Component::TransmissionBack] {
-                let slot = blocks.slot(component);
-                *slot = slot.take().map(|block| Block::Klems(to_klems(&block, basis, basis)));
-            }
-        }
-        window.transmission = in_colour(bsdf::transmission_matrix(&data).map_err(|e| e.file(&section.bsdf))?);
+        window.transmission = transmission_over(project, section, window.glass.as_ref(), basis)?;
         window.window.basis = basis.clone();
         window.states.clear();
     }

@@ -139,7 +139,7 @@ impl Sweep<'_> {
         project.quality.seed = project.quality.seed.wrapping_add(0x5eed);
         project.method.bounces = None;
         if self.inputs.choice(&project).phases == 5 {
-            project.method.suns = SunScheme::HOURLY;
+            project.method.take_suns(SunScheme::HOURLY);
         }
         for view in &mut project.views {
             view.resolution = view.resolution.map(|n| n * 2);
@@ -175,8 +175,8 @@ impl Sweep<'_> {
                 }
             }
             Knob::ThreePhase => project.method.phases = Phases::Three,
-            Knob::Suns(n) => project.method.suns = SunScheme::Patches(ReinhartSky::new(n)?),
-            Knob::HourlySuns => project.method.suns = SunScheme::HOURLY,
+            Knob::Suns(n) => project.method.take_suns(SunScheme::Patches(ReinhartSky::new(n)?)),
+            Knob::HourlySuns => project.method.take_suns(SunScheme::HOURLY),
             Knob::Basis(basis) => rebase(&mut inputs, &project, &basis.into())?,
         }
         Ok((project, inputs))

@@ -3,13 +3,12 @@
 use super::files::{self, TemporaryFolder};
 use crate::error::Result;
 use crate::matrix::Matrix;
-use crate::matrix::file::read_matrix;
 use crate::scene::points::faces_up;
 use crate::simulate::results::annual::{self, SensorYear};
 use crate::simulate::results::glare::read::{GlareYear, read_years};
 use crate::simulate::results::illuminance::read_table;
 use crate::simulate::results::pictures::PictureView;
-use crate::simulate::store::Store;
+use crate::simulate::store::{Store, read_stored};
 use crate::simulate::summary::Summary;
 use crate::weather::time::Time;
 use glam::DVec3;
@@ -193,12 +192,13 @@ impl Year {
 /// A group of sensors from its files, and the times its table has.
 fn read_sensors(folder: &Path, name: &str) -> Result<(Sensors, Vec<Time>)> {
     let file = |name: &str, extension: &str| folder.join("illuminance").join(format!("{name}.{extension}"));
-    let mut sensors = Sensors::new(name, read_matrix(&file(name, "mtx"))?.matrix);
+    let mut sensors = Sensors::new(name, read_stored(&file(name, "mtx"))?.matrix);
     let (positions, times) = read_table(&file(name, "csv")).unwrap_or_default();
     if positions.len() == sensors.count() {
         sensors.positions = positions;
     }
-    let error = read_matrix(&file(&format!("{name}_standard_error"), "mtx")).ok().map(|f| f.matrix);
+    let error = file(&format!("{name}_standard_error"), "mtx");
+    let error = if error.exists() { Some(read_stored(&error)?.matrix) } else { None };
     sensors.standard_error = error.filter(|e| (e.rows(), e.cols()) == (sensors.illuminance.rows(), sensors.illuminance.cols()));
     let metrics = annual::read(&file(&format!("{name}_annual"), "csv")).unwrap_or_default();
     if metrics.len() == sensors.count() {

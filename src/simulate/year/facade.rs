@@ -4,10 +4,10 @@ use super::arrays::Year;
 use crate::error::{Error, Result};
 use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
-use crate::matrix::file::read_matrix;
 use crate::simulate::inputs::Differences;
 use crate::simulate::light::{Light, Skies, WindowLight};
 use crate::simulate::results::illuminance::illuminance;
+use crate::simulate::store::read_stored;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -52,7 +52,7 @@ impl Facade {
     /// # Errors
     /// Files that cannot be read or do not fit each other.
     pub fn read(year: &Year) -> Result<Self> {
-        let read = |name: &str| read_matrix(&year.matrix(name)).map(|f| f.matrix);
+        let read = |name: &str| read_stored(&year.matrix(name)).map(|f| f.matrix);
         let whole = read("S")?;
         let mut windows = Vec::new();
         for window in &year.summary.windows {
@@ -132,13 +132,18 @@ impl Facade {
     /// # Errors
     /// Files that cannot be read or do not fit.
     pub fn illuminance(&self, year: &Year, group: &str, state: &FacadeState, multiplier: &dyn Multiplier) -> Result<Matrix<f32>> {
+        if year.matrix(&format!("DC_{group}_direct")).is_file() && !year.matrix(&format!("V_{group}")).is_file() {
+            return Err(Error::new(format!("the light at '{group}' was followed through clear glass as it is, not by bins of windows"))
+                .file(year.folder())
+                .help("for states of the façade run the project with phases = 5"));
+        }
         let light = Light::new(&self.lights(&self.mixed(state)), multiplier, &self.skies, self.differences)?;
-        let total = read_matrix(&year.matrix(&format!("V_{group}")))?.matrix;
+        let total = read_stored(&year.matrix(&format!("V_{group}")))?.matrix;
         if !light.is_split() {
             return Ok(light.over_the_year(&illuminance(multiplier, &total, &light.right)?));
         }
-        let direct = read_matrix(&year.matrix(&format!("V_{group}_direct")))?.matrix;
-        let sun = read_matrix(&year.folder().join(format!("illuminance/terms/{group}_sun.mtx")))?.matrix;
+        let direct = read_stored(&year.matrix(&format!("V_{group}_direct")))?.matrix;
+        let sun = read_stored(&year.folder().join(format!("illuminance/terms/{group}_sun.mtx")))?.matrix;
         let receivers = light.receivers(&total, &direct, self.differences);
         let mut lux = light.over_the_year(&illuminance(multiplier, &receivers, &light.right)?);
         if (sun.rows(), sun.cols()) != (lux.rows(), lux.cols()) {

@@ -3,6 +3,7 @@
 use super::arrays::{ViewFile, Year};
 use super::facade::{Facade, FacadeState};
 use crate::error::{Error, Result};
+use crate::files::seal;
 use crate::image::Picture;
 use crate::kernels::glare::PixelSource;
 use crate::kernels::product::{Arrangement, Multiplier, Native};
@@ -57,7 +58,9 @@ impl ViewLight {
                 .help("run the project again"));
         }
         // A project without pictures and glare has no suns' pictures: its suns stay in the patches.
-        let suns = if facade.has_suns() { SunPictures::open(&view.suns()).ok() } else { None };
+        let path = view.suns();
+        [&view.matrix, &view.direct_matrix(), &path].into_iter().filter(|p| p.exists()).try_for_each(|p| seal::check(p))?;
+        let suns = if facade.has_suns() && path.exists() { Some(SunPictures::open(&path)?) } else { None };
         let rows = MatrixRows::open(&view.direct_matrix()).ok().flatten();
         let fits = rows.is_some_and(|r| (r.rows(), r.cols(), r.components()) == (view.width * view.height, bins, 3));
         Ok(Self { facade, suns: suns.filter(|_| fits).map(|kept| kept.pictures) })

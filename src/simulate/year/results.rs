@@ -3,6 +3,8 @@
 use super::arrays::Year;
 use crate::error::{Result, Warnings};
 use crate::scene::{MaterialIndex, Scene, Triangle};
+use crate::simulate::inputs::glazing::glazing;
+use crate::simulate::inputs::reach::Light;
 use crate::simulate::inputs::{grids, read_scene, read_surfaces};
 use crate::simulate::project::Project;
 use crate::weather::Weather;
@@ -79,8 +81,10 @@ impl Surroundings {
             }
             windows.extend(read_surfaces(&project, section, &mut warnings)?);
         }
+        let direct = project.choice(&glazing(&project)?).direct;
         for section in &project.sensors {
-            let sensors = grids::sensors(&project, section, &scene, &windows, &mut warnings)?;
+            let light = if direct { Light::Sky } else { Light::Windows(&windows) };
+            let sensors = grids::sensors(&project, section, &scene, light, &mut warnings)?;
             if let Some(group) = year.sensors.iter_mut().find(|g| g.name == section.name && g.count() == sensors.len()) {
                 group.positions = sensors.iter().map(|s| s.position).collect();
                 group.directions = sensors.iter().map(|s| s.direction).collect();

@@ -1,7 +1,7 @@
 //! What an interrupted generation leaves, so that it can go on.
 
 use super::Args;
-use lucarne::files;
+use lucarne::files::{self, seal};
 use lucarne::kernels::bsdf_generation::{Directions, GenerationOptions, Sample, Table};
 use lucarne::{Error, Result, Warnings};
 use std::path::{Path, PathBuf};
@@ -33,7 +33,12 @@ impl Store {
         let new = || Table::new(directions);
         let Some(path) = self.path.as_deref().filter(|p| p.exists()) else { return new() };
         let stale = |why: &str| Error::new(format!("{why}; starting anew")).file(path);
+        if !seal::is_whole(path) {
+            warnings.push(stale("these sums of an interrupted run have changed since they were written"));
+            return new();
+        }
         let found = files::read(path).ok().and_then(|bytes| {
+            let (_, bytes) = bytes.split_at_checked(seal::line().len())?;
             let (inputs, rest) = bytes.split_at_checked(self.inputs.len())?;
             if inputs != self.inputs.as_bytes() { None } else { Table::from_bytes(directions, rest).ok() }
         });
@@ -45,8 +50,9 @@ impl Store {
 
     pub(super) fn save(&self, table: &Table) -> Result<()> {
         let Some(path) = &self.path else { return Ok(()) };
-        files::write_atomically(path, |out| {
-            out.write_all(self.inputs.as_bytes()).and_then(|()| out.write_all(&table.to_bytes())).map_err(|e| Error::io(path, &e))
+        seal::write_sealed(path, |out| {
+            let parts = [seal::line().as_bytes(), self.inputs.as_bytes(), &table.to_bytes()].concat();
+            out.write_all(&parts).map_err(|e| Error::io(path, &e))
         })
     }
 

@@ -42,7 +42,7 @@ use crate::simulate::inputs::SensorGroup;
 use crate::simulate::light::{Daylight, Light, WindowLight, transmitted};
 use crate::simulate::multiply::{lit_columns, select_columns};
 use crate::simulate::phases::pixels::ViewJob;
-use crate::simulate::phases::sun::sun_matrix;
+use crate::simulate::phases::sun::{Way, sun_matrix};
 use crate::simulate::phases::sun_pixels::{Shown, sun_pictures};
 use crate::simulate::plan::presets::{daylight_options, image_options, rounds, view_options};
 use crate::simulate::project::given::GivenPictures;
@@ -215,7 +215,7 @@ impl GlareJob<'_> {
         let project = self.context.project;
         let sensors = project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
         let group = SensorGroup { name: "glare_eyes".into(), file: project.file.clone(), sensors, view: None, sun: None };
-        let (matrix, traced) = sun_matrix(&self.context, &[group], &suns.set)?;
+        let (matrix, traced) = sun_matrix(&self.context, &[group], &suns.set, Way::Windows)?;
         if traced {
             statistics.add(matrix.statistics);
         }

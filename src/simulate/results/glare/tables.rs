@@ -6,10 +6,9 @@ use crate::glare::annual::{AnnualGlare, CLASS_LIMITS, GlareClass};
 use crate::image::carpet::{Carpet, Coloring};
 use crate::image::palette::Palette;
 use crate::matrix::Matrix;
-use crate::matrix::file::{Format, write_matrix};
 use crate::progress::{Progress, cancelled};
 use crate::simulate::project::glare::GlareSection;
-use crate::simulate::store::{Store, software};
+use crate::simulate::store::{Store, write_stored};
 use crate::weather::{Days, Record, Steps};
 use std::path::{Path, PathBuf};
 
@@ -96,8 +95,8 @@ pub(super) fn write(
         let values = rows.iter().flat_map(|y| y.hours.iter().map(|h| h.dgp as f32)).collect();
         let matrix = Matrix::from_data(rows.len(), records.len(), 1, values)?;
         let names: Vec<&str> = rows.iter().map(|y| y.view.as_str()).collect();
-        let header = [software(), format!("CONTENT=DGP, rows views ({}), columns time steps", names.join(", "))];
-        write_matrix(Some(&folder.join(format!("{}.dgp", section.method.name()))), &matrix, Format::Float, &header)?;
+        let about = format!("DGP, rows views ({}), columns time steps", names.join(", "));
+        write_stored(&folder.join(format!("{}.dgp", section.method.name())), &matrix, &about)?;
     }
     let folder = store.glare_folder("")?;
     write_annual(&folder.join("annual.csv"), years, &occupied, calendar, warnings)?;

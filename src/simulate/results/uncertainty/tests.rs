@@ -71,7 +71,7 @@ fn deviations_are_those_of_the_products_replicate_by_replicate() {
     let scattering = crate::bsdf::evaluate::Scattering::new(&crate::bsdf::read(&file, &mut Warnings::new()).unwrap()).unwrap();
     inputs.windows[0].pane = Some(crate::kernels::sun_matrix::pane::PaneBsdf::Bsdf(scattering));
     for taken in [None, Some(&sun)] {
-        let chain = Chain { inputs: &inputs, view: &view, daylight: &daylight, sky: &sky, sun: taken };
+        let chain = Chain { inputs: &inputs, view: &view, daylight: &daylight, sees_sky: false, sky: &sky, sun: taken };
         let light = light_of(&chain);
         assert_eq!(light.is_split(), taken.is_some());
         let deviations = Deviations::new(&chain, &light).of(&Native, 0..3).unwrap().unwrap();
@@ -120,7 +120,7 @@ fn deviations_are_those_of_the_products_replicate_by_replicate() {
 fn errors_reach_the_metrics_of_the_year() {
     let (_, inputs, sky) = room(3);
     let (view, daylight) = (made_up(3, 41, 3), vec![made_up(41, 146, 9)]);
-    let chain = Chain { inputs: &inputs, view: &view, daylight: &daylight, sky: &sky, sun: None };
+    let chain = Chain { inputs: &inputs, view: &view, daylight: &daylight, sees_sky: false, sky: &sky, sun: None };
     let light = light_of(&chain);
     let lux = illuminance_of(&chain, &light);
     let year = annual::estimate(&chain, &Native, &light, &lux, None, Some(0.02), &|_| Ok(())).unwrap();
@@ -140,7 +140,7 @@ fn errors_reach_the_metrics_of_the_year() {
     // Without noise there is none anywhere.
     let exact = Estimate::exact(view.total(), view.direct());
     let known = vec![Estimate::exact(daylight[0].total(), daylight[0].direct())];
-    let chain = Chain { inputs: &inputs, view: &exact, daylight: &known, sky: &sky, sun: None };
+    let chain = Chain { inputs: &inputs, view: &exact, daylight: &known, sees_sky: false, sky: &sky, sun: None };
     let year = annual::estimate(&chain, &Native, &light, &lux, None, None, &|_| Ok(())).unwrap();
     assert_eq!(year.estimated.unwrap().annual_largest, 0.0);
 }
@@ -191,7 +191,7 @@ fn intervals_of_95_percent_hold_the_converged_value_in_93_to_97_percent_of_cases
         daylight.extend(daylight_matrix::compute(&device, &inputs.scene, &windows[0], sky, &options, &Silent).unwrap().batches);
     }
     let all = (estimate(&view), vec![estimate(&daylight)]);
-    let chain = Chain { inputs: &inputs, view: &all.0, daylight: &all.1, sky: &sky, sun: None };
+    let chain = Chain { inputs: &inputs, view: &all.0, daylight: &all.1, sees_sky: false, sky: &sky, sun: None };
     let truth = illuminance_of(&chain, &light_of(&chain));
     let year: Vec<f64> = (0..4).map(|s| truth.row(s).iter().map(|v| f64::from(*v)).sum()).collect();
     let hours: Vec<usize> = (0..24).filter(|&h| truth.at(0, h)[0] > 1.0).collect();
@@ -200,7 +200,7 @@ fn intervals_of_95_percent_hold_the_converged_value_in_93_to_97_percent_of_cases
     let (mut relative_error, mut shares) = (0.0, [0.0; 2]);
     for (v, d) in view.chunks_exact(8).zip(daylight.chunks_exact(8)) {
         let (v, d) = (estimate(v), vec![estimate(d)]);
-        let chain = Chain { inputs: &inputs, view: &v, daylight: &d, sky: &sky, sun: None };
+        let chain = Chain { inputs: &inputs, view: &v, daylight: &d, sees_sky: false, sky: &sky, sun: None };
         let sums = chain.annual();
         let factor = chain.confidence_95(&sums);
         for (sum, truth) in sums.iter().zip(&year) {

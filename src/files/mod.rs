@@ -1,5 +1,10 @@
 //! Writing files so that nothing half-written is ever left behind.
 
+mod leftover;
+pub mod seal;
+
+pub(crate) use leftover::remove_leftovers;
+
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -40,8 +45,11 @@ impl AtomicFile {
     /// # Errors
     /// Failures of the file system with the path named.
     pub fn create(path: &Path, buffer: usize) -> Result<Self> {
-        let partial = partial_path(path);
+        let partial = leftover::partial_path(path);
+        leftover::remove_once(partial.parent().unwrap_or(Path::new("")));
         let file = File::create(&partial).map_err(|e| Error::io(path, &e))?;
+        // Held until it is complete: what nobody holds is left over. A file system without locks has none.
+        let _ = file.try_lock();
         Ok(Self { path: path.to_path_buf(), partial, out: Some(BufWriter::with_capacity(buffer, file)) })
     }
 
@@ -90,12 +98,6 @@ impl Drop for AtomicFile {
             let _ = std::fs::remove_file(&self.partial);
         }
     }
-}
-
-fn partial_path(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.partial", std::process::id()));
-    path.with_file_name(name)
 }
 
 /// Reads a whole file, naming it in the error.

@@ -1,0 +1,66 @@
+// What the kernels of the daylight coefficients share: light that comes to a point straight from windows, and where
+// it is put.
+
+import package::generated::{CoefficientParams};
+import package::shared::bvh::{offset_from_surface};
+import package::shared::material::{materials, glass_pane, largest};
+import package::shared::outside::{follow_outside, Outdoors, NO_PATCH};
+import package::shared::window::{windows, sample_windows, direct_transmittance};
+
+// 1 for grey scenes, 3 for coloured ones.
+override COMPONENTS: u32 = 3u;
+
+@group(0) @binding(6) var<uniform> params: CoefficientParams;
+// [direct or other][batch][sensor][patch][component], fixed point.
+@group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
+
+// `dither`, random in [0, 1), rounds up or down so that what is less than a unit is kept in the mean.
+fn deposit(row: u32, direct: bool, patch_index: u32, weight: vec3<f32>, dither: f32) {
+    let part = select(params.batches * params.sensors, 0u, direct);
+    let value = weight * params.unit + dither;
+    let cell = ((part + row) * params.patches + patch_index) * COMPONENTS;
+    for (var c = 0u; c < COMPONENTS; c++) {
+        atomicAdd(&sums[cell + c], u32(value[c]));
+    }
+}
+
+struct Entering {
+    // Where it comes from, or NO_PATCH.
+    patch_index: u32,
+    // No reflection on its way.
+    direct: bool,
+    // Irradiance that this sample stands for, sr.
+    weight: vec3<f32>,
+    // The same as if nothing were in the way and panes let everything through.
+    possible: f32,
+    segments: u32,
+    ended: bool,
+}
+
+// One sample of the irradiance at a point, on the side of the unit normal `side`, by light that comes to it straight
+// from the windows' outer sides, panes between included.
+fn light_of_windows(position: vec3<f32>, side: vec3<f32>, random: vec2<f32>, index: u32, seed: u32, most_bounces: u32) -> Entering {
+    var result = Entering(NO_PATCH, false, vec3<f32>(0.0), 0.0, 0u, true);
+    let to_window = sample_windows(position, params.window_count, random);
+    let cosine = dot(to_window.direction, side);
+    if !(to_window.weight > 0.0 && cosine > 0.0) {
+        return result;
+    }
+    result.possible = cosine * to_window.weight;
+    let window = windows[to_window.window];
+    let pane = materials[params.first_pane + to_window.window];
+    let through = glass_pane(pane.specular, pane.roughness, max(-dot(to_window.direction, window.z), 1e-6))[0];
+    let passed = direct_transmittance(position, to_window.direction, to_window.distance * 0.99999) * through;
+    if largest(passed) <= 0.0 {
+        return result;
+    }
+    let start = offset_from_surface(position + to_window.direction * to_window.distance, -window.z);
+    let outdoors = Outdoors(params.sky_rows, params.row_height, most_bounces, params.roulette_weight);
+    let path_outside = follow_outside(start, to_window.direction, index, 0u, seed, outdoors);
+    result.patch_index = path_outside.patch_index;
+    result.direct = path_outside.direct;
+    result.weight = passed * path_outside.weight * result.possible;
+    result.segments = 1u + path_outside.segments;
+    result.ended = path_outside.ended;
+    return result;
+}

@@ -1,0 +1,58 @@
+//! What few hits leave open of the light that sensors get.
+
+use super::CoefficientOptions;
+use crate::bins::ReinhartSky;
+use crate::kernels::light_paths::LOOK_UNITS;
+use crate::kernels::trace::TracedMatrix;
+use crate::kernels::trace::doubt::{ENOUGH_HITS, Part, half_a_hit, pattern};
+use std::f64::consts::PI;
+
+/// What the samples of one sensor, all batches together, found.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Looks {
+    /// Rays to windows before the sensor, those that light came by, what they could have brought in units.
+    pub straight: [u32; 3],
+    /// Light that paths found of windows, its sum in units; of the sky by no window, its sum.
+    pub by_paths: [u32; 4],
+}
+
+/// Deviation of a contribution of which few hits were found among so many samples; `weight` is that of one hit.
+fn of_hits(hits: f64, weight: f64, samples: f64) -> f64 {
+    if hits < ENOUGH_HITS { half_a_hit(weight, samples) } else { 0.0 }
+}
+
+/// Puts half a hit more upon what sensors get in each way of which few samples found light: anywhere in the sky, by the
+/// patches' solid angles. Sensors none of whose paths found light in some way are one sample of it all together: light
+/// that none of all those paths met is not around the corner.
+pub(super) fn add(result: &mut TracedMatrix, looks: &[Looks], sky: ReinhartSky, options: &CoefficientOptions, windows: usize) {
+    let batches = options.batches as usize;
+    let paths = f64::from(options.near_samples) * batches as f64;
+    let samples = f64::from(options.direct_samples) * batches as f64;
+    let without = |kind: usize| looks.iter().filter(|l| l.by_paths[kind] == 0).count() as f64;
+    let unlit = [without(0), without(2)];
+    let shares: Vec<f64> = (0..sky.len()).map(|p| sky.solid_angle(p) / (4.0 * PI)).collect();
+    for (sensor, look) in looks.iter().enumerate() {
+        let [ahead, hits, possible] = look.straight.map(f64::from);
+        // All that could be hidden is what stands before the sensor.
+        let straight = if ahead > 0.0 && hits < ahead { of_hits(hits, possible / LOOK_UNITS / ahead, samples) } else { 0.0 };
+        let by_path = |kind: usize, unlit: f64| {
+            let [hits, sum] = [look.by_paths[kind], look.by_paths[kind + 1]].map(f64::from);
+            if hits > 0.0 { of_hits(hits, sum / LOOK_UNITS / hits, paths) } else { of_hits(hits, PI, paths * unlit) }
+        };
+        let reflected = if windows > 0 { by_path(0, unlit[0]) } else { 0.0 };
+        for (part, size) in [(Part::WINDOWS, straight), (Part::REFLECTIONS, reflected), (Part::OTHERS, by_path(2, unlit[1]))] {
+            if size == 0.0 {
+                continue;
+            }
+            let pattern = pattern(part, batches);
+            for (patch, share) in shares.iter().enumerate() {
+                for error in result.standard_error.at_mut(sensor, patch) {
+                    *error = f64::from(*error).hypot(size * share) as f32;
+                }
+                for (batch, deviation) in result.batches.iter_mut().zip(&pattern) {
+                    batch.total.at_mut(sensor, patch).iter_mut().for_each(|v| *v = (f64::from(*v) + size * share * deviation) as f32);
+                }
+            }
+        }
+    }
+}

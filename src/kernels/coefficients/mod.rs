@@ -1,0 +1,133 @@
+//! Daylight coefficients C: what each sensor receives from each patch of the sky through windows of clear glass.
+//!
+//! `C[sensor][patch]` is the irradiance at the sensor when the patch has radiance 1 (sr; what two-phase `rcontrib`
+//! computes with the panes as `glass` in the scene). No directions are taken together at the windows, as the view
+//! and daylight matrices do. All light counts, that which comes by no window too: of sensors in the open, of rooms
+//! with holes. Patch 0 is the ground below the horizon.
+//!
+//! A path of light that crosses windows into rooms is cut where it does so first. Outside that point it is followed
+//! as for the daylight matrix; inside, panes are glass among all other surfaces: they reflect into the room and
+//! let light out, which may come back.
+//!
+//! | part | estimator | shader |
+//! |---|---|---|
+//! | straight from the windows' outer sides | windows sampled evenly in solid angle, a path outside each | `coefficients/direct` |
+//! | all other light | paths from the sensor; at each diffuse vertex a ray to a window and a path outside | `coefficients/paths` |
+//!
+//! All of it is repeated in independently scrambled batches; their spread is the standard error, with what few or no
+//! hits leave open (see [`doubt`](crate::kernels::trace::doubt)).
+
+mod doubts;
+mod options;
+#[cfg(test)]
+mod radiance_tests;
+#[cfg(test)]
+pub(crate) mod reference;
+#[cfg(test)]
+mod tests;
+mod tracer;
+
+use crate::bins::ReinhartSky;
+use crate::error::Result;
+use crate::gpu::{Device, Plan, Shader};
+use crate::gpu_struct;
+use crate::kernels::daylight_matrix::SkyRow;
+use crate::kernels::light_paths::{LOOKS, NUMBERS, Receiver};
+use crate::kernels::trace::{self, TraceStatistics, TraceTables, TracedBatch, TracedMatrix};
+use crate::kernels::view_matrix::check_sensors;
+use crate::matrix::Matrix;
+use crate::progress::{Progress, cancelled};
+use crate::scene::Scene;
+use crate::scene::points::Sensor;
+use tracer::Tracer;
+
+pub use crate::scene::{GlazedWindow, Pane};
+pub use options::CoefficientOptions;
+
+gpu_struct! {
+    /// Parameters of `coefficients/direct` and `coefficients/paths`.
+    pub(crate) struct CoefficientParams {
+        seed: u32,
+        sensors: u32,
+        /// Per sensor and batch.
+        samples: u32,
+        batches: u32,
+        /// Sky patches with the ground.
+        patches: u32,
+        window_count: u32,
+        /// Index of the material of the first window's pane.
+        first_pane: u32,
+        /// Most diffuse reflections of a path, outside and inside together.
+        most_bounces: u32,
+        /// Fixed-point units per sr.
+        unit: f32,
+        near_radius: f32,
+        roulette_weight: f32,
+        /// Whether light may come by no window.
+        open: u32,
+        sky_rows: u32,
+        row_height: f32,
+        padding0: u32,
+        padding1: u32,
+    }
+}
+
+/// Sensors of a tile, at most: bounds the time of a dispatch.
+const MOST_TILE_SENSORS: usize = 1024;
+
+/// Shaders of this module, for the tests.
+pub fn registered() -> Vec<Shader> {
+    vec![DIRECT, PATHS]
+}
+
+const DIRECT: Shader = trace::shader("coefficients/direct", &[LOOKS, &[CoefficientParams::DECLARED, Receiver::DECLARED, SkyRow::DECLARED]]);
+const PATHS: Shader =
+    trace::shader("coefficients/paths", &[LOOKS, NUMBERS, &[CoefficientParams::DECLARED, Receiver::DECLARED, SkyRow::DECLARED]]);
+
+/// Computes C for `sensors`: rows sensors, columns the sky's patches with the ground first, RGB. `windows` may be empty.
+/// Their panes are surfaces of the scene; all other windows that the scene knows absorb
+/// ([`scene::windows`](crate::scene::windows)). The direct part has been reflected nowhere (Cd of five phases, panes included).
+///
+/// # Errors
+/// If a sensor has no direction or a window no area, if the device fails or loses paths, or when stopped by
+/// `progress`.
+pub fn compute(
+    device: &Device,
+    scene: &Scene,
+    windows: &[GlazedWindow],
+    sensors: &[Sensor],
+    sky: ReinhartSky,
+    options: &CoefficientOptions,
+    progress: &dyn Progress,
+) -> Result<TracedMatrix> {
+    check_sensors(sensors)?;
+    options.check()?;
+    let around: Vec<glam::DVec3> = sensors.iter().map(|s| s.position).collect();
+    let tables = TraceTables::with_panes(scene, windows, &around)?;
+    let tracer = Tracer::new(device, tables, windows.len(), sky, options)?;
+    let (rows, patches, batches) = (sensors.len(), sky.len(), options.batches as usize);
+    let empty = TracedBatch { total: Matrix::zeros(rows, patches, 3), direct: Matrix::zeros(rows, patches, 3) };
+    let mut result = TracedMatrix {
+        total: Matrix::zeros(rows, patches, 3),
+        direct: Matrix::zeros(rows, patches, 3),
+        standard_error: Matrix::zeros(rows, patches, 3),
+        batches: if options.keep_batches { vec![empty; batches] } else { Vec::new() },
+        statistics: TraceStatistics::default(),
+    };
+    let mut looks = Vec::with_capacity(rows);
+    let plan = Plan::new(device, options.memory, rows, &[tracer.bytes_per_sensor(), tracer.bytes_per_sensor()], &[], 1)?
+        .at_most(MOST_TILE_SENSORS);
+    for chunk in plan.chunks() {
+        let stage = |part: f64| {
+            progress.update("daylight coefficients", (chunk.first as f64 + part * chunk.count as f64) / rows as f64);
+            if progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
+        };
+        let tile = &sensors[chunk.first..chunk.first + chunk.count];
+        looks.extend(tracer.compute_tile(tile, chunk.first, &mut result, &stage)?);
+    }
+    if options.first_round {
+        doubts::add(&mut result, &looks, sky, options, windows.len());
+    }
+    progress.update("daylight coefficients", 1.0);
+    Ok(result)
+}

@@ -1,0 +1,64 @@
+//! How much of the daylight coefficients' light to sample.
+
+use crate::error::{Error, Result};
+use crate::gpu::DEFAULT_MEMORY;
+use crate::kernels::trace::ROULETTE_WEIGHT;
+
+/// How much to sample. Every number is per sensor *and batch*.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CoefficientOptions {
+    /// Radiance's `-ab` of `rcontrib -I+`: 1 is light that nothing scatters, n allows n − 1 diffuse reflections, outside
+    /// and inside together; `None` does not truncate.
+    pub bounces: Option<u32>,
+    /// Samples of the windows per sensor.
+    pub direct_samples: u32,
+    /// Paths per sensor.
+    pub near_samples: u32,
+    /// Independent repetitions; their spread gives the standard error. At least 2.
+    pub batches: u32,
+    /// Same seed, same device: same bits.
+    pub seed: u32,
+    /// Path weight below which Russian roulette decides (Radiance's `-lw`).
+    pub roulette_weight: f32,
+    /// Whether the batches themselves are handed back too.
+    pub keep_batches: bool,
+    /// Whether this is the first, or only, of the rounds that are averaged: it has the doubts (see
+    /// [`doubt`](crate::kernels::trace::doubt)).
+    pub first_round: bool,
+    /// Device memory to use, bytes.
+    pub memory: u64,
+}
+
+impl Default for CoefficientOptions {
+    fn default() -> Self {
+        Self {
+            bounces: None,
+            direct_samples: 512,
+            near_samples: 512,
+            batches: 8,
+            seed: 1,
+            roulette_weight: ROULETTE_WEIGHT,
+            keep_batches: false,
+            first_round: true,
+            memory: DEFAULT_MEMORY,
+        }
+    }
+}
+
+/// Samples per sensor and batch, at most: bounds the fixed-point sums.
+const MOST_SAMPLES: u32 = 1 << 16;
+
+impl CoefficientOptions {
+    pub(super) fn check(&self) -> Result<()> {
+        if self.batches < 2 {
+            return Err(Error::new("at least two batches are needed for a standard error"));
+        }
+        for (what, samples) in [("window samples", self.direct_samples), ("paths", self.near_samples)] {
+            if !(1..=MOST_SAMPLES).contains(&samples) {
+                return Err(Error::new(format!("{samples} {what} per sensor and batch are outside 1 to {MOST_SAMPLES}"))
+                    .help("use more batches for more samples"));
+            }
+        }
+        Ok(())
+    }
+}

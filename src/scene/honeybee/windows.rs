@@ -1,0 +1,190 @@
+//! Openings to the outside as windows: grouped by plane, orientation, modifier and dynamic group.
+
+use super::geometry::Face3d;
+use super::modifiers::{Kind, Modifier};
+use crate::error::{Error, Result, Warnings};
+use crate::limits;
+use crate::scene::windows::WindowBuilder;
+use crate::scene::{Pane, SurfaceOrigin, Window};
+use glam::DVec3;
+use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
+use std::rc::Rc;
+
+/// An aperture or glass door to the outside, its front outside.
+pub(super) struct Opening {
+    pub face: Face3d,
+    pub modifier: Rc<Modifier>,
+    /// Its dynamic group, if it has one.
+    pub group: Option<String>,
+    pub origin: SurfaceOrigin,
+}
+
+/// What fills a window of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ModelGlazing {
+    /// A clear pane.
+    Glass(Pane),
+    /// Scattering data: a file, or `model.hbjson#modifier` of those that the model holds.
+    Bsdf(PathBuf),
+}
+
+/// A window of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelWindow {
+    /// Its name, geometry and basis.
+    pub window: Window,
+    /// The modifier of its apertures.
+    pub modifier: String,
+    /// What fills it.
+    pub glazing: ModelGlazing,
+    /// Identifiers of its apertures and glass doors.
+    pub apertures: Vec<String>,
+}
+
+/// Planes whose normals differ by less than about half of this are the same.
+const NORMAL_STEP: f64 = 0.01;
+/// Longest name of a window; a project's names may be as long.
+const LONGEST_NAME: usize = 80;
+
+/// Groups openings; `tolerance` in metres is what separates planes.
+///
+/// # Errors
+/// More openings than a model may have; windows without area.
+pub(super) fn group(openings: Vec<Opening>, tolerance: f64, warnings: &mut Warnings) -> Result<Vec<ModelWindow>> {
+    if openings.len() > limits::WINDOW_SURFACES {
+        let help = "take apart the model, or join the apertures of a wall";
+        return Err(limits::exceeded("the model has", limits::WINDOW_SURFACES, "apertures to the outside").help(help));
+    }
+    let rounded = |v: f64, step: f64| (v / step).round() as i64;
+    let mut groups: HashMap<_, usize> = HashMap::new();
+    let mut sorted: Vec<Vec<Opening>> = Vec::new();
+    for opening in openings {
+        let normal = opening.face.normal();
+        let plane = opening.face.boundary[0].dot(normal);
+        let turned = normal.to_array().map(|v| rounded(v, NORMAL_STEP));
+        let key = (opening.modifier.identifier.clone(), opening.group.clone(), turned, rounded(plane, tolerance));
+        let index = *groups.entry(key).or_insert_with(|| {
+            sorted.push(Vec::new());
+            sorted.len() - 1
+        });
+        sorted[index].push(opening);
+    }
+    let mut taken = HashSet::new();
+    sorted.into_iter().map(|group| window(group, &mut taken, warnings)).collect()
+}
+
+fn window(group: Vec<Opening>, taken: &mut HashSet<String>, warnings: &mut Warnings) -> Result<ModelWindow> {
+    let first = &group[0];
+    let wanted = match (&first.group, &group[..]) {
+        (Some(group), _) => group.clone(),
+        (None, [only]) => only.origin.name.clone(),
+        (None, _) => orientation(first.face.normal()).to_string(),
+    };
+    let name = unique(&wanted, taken);
+    let glazing = match &first.modifier.kind {
+        Kind::Bsdf { data, .. } => ModelGlazing::Bsdf(data.clone()),
+        // Openings are glass or scattering data.
+        Kind::Material(kind) => Pane::of_material(kind).map(ModelGlazing::Glass).ok_or_else(|| Error::new("a window is of glass"))?,
+    };
+    let mut builder = WindowBuilder::new(name, first.origin.clone());
+    if let Kind::Bsdf { up, basis, .. } = first.modifier.kind {
+        builder.parameters(&format!("h={basis} u={},{},{}", up.x, up.y, up.z))?;
+    }
+    for opening in &group {
+        let inward = opening.face.triangles().triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect();
+        builder.add(opening.origin.clone(), inward);
+    }
+    Ok(ModelWindow {
+        window: builder.finish(warnings)?,
+        modifier: first.modifier.identifier.clone(),
+        glazing,
+        apertures: group.iter().map(|o| o.origin.name.clone()).collect(),
+    })
+}
+
+/// Where an outward normal points.
+fn orientation(normal: DVec3) -> &'static str {
+    match normal.z {
+        z if z > 0.7 => "skylight",
+        z if z < -0.7 => "below",
+        _ => {
+            let azimuth = normal.x.atan2(normal.y).to_degrees().rem_euclid(360.0);
+            ["north", "northeast", "east", "southeast", "south", "southwest", "west", "northwest"][((azimuth / 45.0).round() as usize) % 8]
+        }
+    }
+}
+
+/// A name that can be part of a file's, and that no other has (capitals do not count).
+pub(super) fn unique(wanted: &str, taken: &mut HashSet<String>) -> String {
+    let allowed = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ') { c } else { '_' };
+    let plain: String = wanted.trim_start_matches('.').chars().map(allowed).take(LONGEST_NAME).collect();
+    let plain = if plain.is_empty() { "unnamed".to_string() } else { plain };
+    let mut name = plain.clone();
+    let mut number = 2;
+    while !taken.insert(name.to_lowercase()) {
+        name = format!("{plain}-{number}");
+        number += 1;
+    }
+    name
+}
+
+/// On which side of its openings the room lies, by rays through the room's own faces.
+pub(super) struct RoomSolid {
+    triangles: Vec<[DVec3; 3]>,
+}
+
+impl RoomSolid {
+    /// The faces of a room, without the holes for their openings.
+    pub fn new(faces: &[Face3d]) -> Self {
+        Self { triangles: faces.iter().flat_map(|f| f.triangles().triangles).collect() }
+    }
+
+    /// Whether the front of a face looks out of the room; `None` if the room is not closed.
+    pub fn faces_out(&self, face: &Face3d) -> Option<bool> {
+        let triangles = face.triangles().triangles;
+        let size = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).length();
+        let largest = triangles.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let start = largest.iter().sum::<DVec3>() / 3.0;
+        let near = 1e-4 * size(largest).sqrt();
+        let normal = face.normal();
+        let (u, v) = normal.any_orthonormal_pair();
+        let mut votes = 0i32;
+        // Slightly off the normal, so that no ray meets an edge of a rectangular room.
+        for tilt in [0.217 * u + 0.131 * v, -0.173 * u + 0.259 * v, 0.087 * u - 0.311 * v] {
+            let [ahead, behind] = [1.0, -1.0].map(|sign| {
+                let direction = sign * normal + tilt;
+                self.triangles.iter().filter(|t| hit(t, start, direction).is_some_and(|d| d > near)).count() % 2
+            });
+            votes += match (ahead, behind) {
+                (0, 1) => 1,
+                (1, 0) => -1,
+                _ => 0,
+            };
+        }
+        (votes.abs() >= 2).then_some(votes > 0)
+    }
+}
+
+/// Distance to a triangle in units of the direction.
+fn hit(&[a, b, c]: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
+    let (ab, ac) = (b - a, c - a);
+    let p = direction.cross(ac);
+    let det = ab.dot(p);
+    if det == 0.0 {
+        return None;
+    }
+    let t = origin - a;
+    let u = t.dot(p) / det;
+    let q = t.cross(ab);
+    let v = direction.dot(q) / det;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then(|| ac.dot(q) / det)
+}
+
+/// What two windows in the same place call for.
+pub(super) fn doubled(first: &str, second: &str, file: &std::path::Path, place: String) -> Error {
+    Error::new(format!("'{second}' lies in the same place as '{first}' and faces the other way: both count as one pane between two rooms"))
+        .file(file)
+        .field(place)
+        .help("let Honeybee solve the adjacency of the rooms, or remove one of the two")
+}
