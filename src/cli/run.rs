@@ -74,6 +74,9 @@ fn report(output: &Path, summary: &Summary) {
     for sensors in &summary.sensors {
         let file = output.join("illuminance").join(format!("{}.mtx", sensors.name));
         println!("{}: {} sensors, {} hours, mean {:.0} lx", file.display(), sensors.count, summary.hours, sensors.mean_illuminance_lx);
+        if let Some(share) = sensors.mean_daylight_factor {
+            println!("  mean daylight factor {:.2} %", 100.0 * share);
+        }
         if let Some(share) = sensors.spatial_autonomy {
             println!("  {:.1} %: {}", 100.0 * share, sensors.spatial_autonomy_means);
         }

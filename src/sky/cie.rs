@@ -4,32 +4,13 @@
 use super::{Matrix, Patches, SkyOptions, check};
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result, Warnings};
-use crate::weather::sun::SunPosition;
+use crate::units::LUMINOUS_EFFICACY;
+pub use crate::weather::CieSky;
+use crate::weather::sun::{SunPosition, position};
+use crate::weather::time::Time;
+use crate::weather::{Quantity, Record, Weather};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-
-/// A CIE sky's kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CieSky {
-    /// Clear sky, with or without its sun.
-    Clear,
-    /// Between clear and overcast.
-    Intermediate,
-    /// Overcast: the zenith is three times as bright as the horizon, wherever the sun stands.
-    Overcast,
-    /// The same luminance everywhere.
-    Uniform,
-}
-
-impl CieSky {
-    /// All kinds and their words.
-    pub const ALL: [(&'static str, Self); 4] =
-        [("clear", Self::Clear), ("intermediate", Self::Intermediate), ("overcast", Self::Overcast), ("uniform", Self::Uniform)];
-
-    fn shows_sun(self) -> bool {
-        matches!(self, Self::Clear | Self::Intermediate)
-    }
-}
 
 /// Turbidity of the air that gensky assumes.
 pub const TURBIDITY: f64 = 2.45;
@@ -40,6 +21,57 @@ const SUN_EFFICACY: f64 = 208.0;
 
 /// Solid angle of gensky's sun, sr.
 const SUN_SOLID_ANGLE: f64 = 6e-5;
+
+/// Illuminance outdoors under a sky of no particular time, lx: a lux indoors is a hundredth of a percent of it.
+pub const OUTDOORS: f64 = 10_000.0;
+
+/// The weather of moments under a CIE sky. `site` is latitude, longitude and standard meridian, degrees north and
+/// east; without it an overcast or uniform sky gives [`OUTDOORS`].
+///
+/// # Errors
+/// As [`CieMoment::new`]; a clear or intermediate sky without a site, no time at all.
+pub fn weather(kind: CieSky, times: &[Time], site: Option<[f64; 3]>, warnings: &mut Warnings) -> Result<Weather> {
+    if site.is_none() && kind.shows_sun() {
+        return Err(Error::new("this sky depends on where the sun stands").help("give the site, and month, day and time"));
+    }
+    if times.is_empty() {
+        return Err(Error::new("there is no time").help("give month, day and standard time, as 03-21T12:00"));
+    }
+    let [latitude, longitude, meridian] = site.unwrap_or_default();
+    let mut weather = Weather {
+        place: String::new(),
+        latitude,
+        longitude,
+        time_zone: meridian / 15.0,
+        elevation: 0.0,
+        quantity: Quantity::Illuminance,
+        records: Vec::new(),
+        skies: Vec::new(),
+    };
+    for time in times {
+        let day_of_year = time.day_of_year();
+        let (diffuse, direct) = if site.is_some() {
+            let sun = position(latitude, longitude, weather.time_zone, day_of_year, time.hour);
+            let moment = CieMoment::new(kind, sun, TURBIDITY, warnings)
+                .map_err(|e| Error::new(format!("{time}: {}", e.message())).help("choose another time (standard time of the site)"))?;
+            (moment.diffuse() * LUMINOUS_EFFICACY, moment.direct() * LUMINOUS_EFFICACY)
+        } else {
+            (OUTDOORS, 0.0)
+        };
+        weather.records.push(Record {
+            month: time.month,
+            day: time.day,
+            hour: time.hour,
+            day_of_year,
+            direct,
+            diffuse,
+            dew_point: None,
+            line: 0,
+        });
+        weather.skies.push(kind);
+    }
+    Ok(weather)
+}
 
 /// A CIE sky with the sun at its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,6 +150,12 @@ impl CieMoment {
     /// Irradiance of the sun across its rays, W/m².
     pub fn direct(&self) -> f64 {
         self.direct
+    }
+
+    /// Only how the sky's luminance is spread, whatever its amount.
+    pub(super) fn shape(kind: CieSky, sun: SunPosition) -> Self {
+        let formula_at_zenith = 1.0;
+        Self { kind, sun: sun.direction(), zenith: 1.0, formula_at_zenith, ambient: 0.0, direct: 0.0 }
     }
 
     /// Radiance of the ground before it reflects: what sky and sun throw on it, over π.
@@ -232,6 +270,53 @@ mod tests {
         at(CieSky::Overcast, 89.0, &mut Warnings::new()).unwrap();
     }
 
+    #[test]
+    fn a_daylight_factor_needs_no_site() {
+        let noon = Time::parse("03-21T12:00").unwrap();
+        let weather = weather(CieSky::Overcast, &[noon, Time::parse("06-21T09:00").unwrap()], None, &mut Warnings::new()).unwrap();
+        let matrix = crate::sky::sky_matrix(
+            &weather,
+            &SkyOptions { sky_color: [1.0; 3], subdivision: 2, ..SkyOptions::default() },
+            &crate::progress::Silent,
+        )
+        .unwrap();
+        let sky = ReinhartSky::new(2).unwrap();
+        let patches = Patches::new(sky);
+        for column in 0..2 {
+            let value = |patch: usize| f64::from(matrix.at(patch, column)[1]);
+            let horizontal: f64 = (1..sky.len()).map(|p| value(p) * sky.solid_angle(p) * patches.centre(p).z).sum();
+            assert!((horizontal * LUMINOUS_EFFICACY / OUTDOORS - 1.0).abs() < 1e-5, "{horizontal}");
+            assert!((value(0) - 0.2 * OUTDOORS / LUMINOUS_EFFICACY / PI).abs() < 1e-4);
+            let zenith = value(sky.len() - 1);
+            assert!((1..sky.len()).all(|p| (value(p) / zenith - (1.0 + 2.0 * patches.centre(p).z) / 3.0).abs() < 1e-6));
+        }
+        assert!(crate::sky::sun_hours(&weather, &SkyOptions::default()).unwrap().iter().all(Option::is_none));
+        assert!(super::weather(CieSky::Clear, &[noon], None, &mut Warnings::new()).is_err());
+        assert!(super::weather(CieSky::Overcast, &[], None, &mut Warnings::new()).is_err());
+    }
+
+    #[test]
+    fn a_clear_moment_of_a_site_has_the_light_that_its_formula_gives() {
+        let noon = Time::parse("03-21T12:00").unwrap();
+        let weather = weather(CieSky::Clear, &[noon], Some([46.5, 11.35, 15.0]), &mut Warnings::new()).unwrap();
+        let moment = CieMoment::new(CieSky::Clear, weather.sun(&weather.records[0]), TURBIDITY, &mut Warnings::new()).unwrap();
+        let options = SkyOptions { sky_color: [1.0; 3], sun: false, subdivision: 4, ..SkyOptions::default() };
+        let matrix = crate::sky::sky_matrix(&weather, &options, &crate::progress::Silent).unwrap();
+        let patches = Patches::new(ReinhartSky::new(4).unwrap());
+        // Its luminance is spread as the formula says, and gives gensky's horizontal illuminance.
+        let sky = ReinhartSky::new(4).unwrap();
+        let value = |patch: usize| f64::from(matrix.at(patch, 0)[1]);
+        let ratio = |patch: usize| value(patch) / moment.radiance(patches.centre(patch));
+        assert!((1..sky.len()).all(|p| (ratio(p) / ratio(1) - 1.0).abs() < 1e-5));
+        let horizontal: f64 = (1..sky.len()).map(|p| value(p) * sky.solid_angle(p) * patches.centre(p).z).sum();
+        assert!((horizontal / moment.diffuse() - 1.0).abs() < 1e-5, "{horizontal} {}", moment.diffuse());
+        let suns = crate::sky::sun_hours(&weather, &SkyOptions::default()).unwrap();
+        let disc = crate::units::cap_solid_angle((crate::units::SUN_DIAMETER_DEG / 2.0).to_radians());
+        assert!((suns[0].unwrap().radiance * disc / moment.direct() - 1.0).abs() < 1e-4);
+        let night = super::weather(CieSky::Clear, &[Time::parse("12-21T23:00").unwrap()], Some([46.5, 11.35, 15.0]), &mut Warnings::new());
+        assert!(night.unwrap_err().to_string().contains("21 December, 23:00: the sun is"));
+    }
+
     /// Against gensky and rtrace towards every patch; gensky prints three digits.
     #[test]
     fn skies_are_those_of_gensky() {
@@ -255,7 +340,7 @@ mod tests {
                 let folder = tempfile::tempdir().unwrap();
                 let scene = format!("{sky}\nskyfunc glow g 0 0 4 1 1 1 0\ng source all 0 0 4 0 0 1 360\n");
                 // Without the sun's disc, which no patch's centre is to meet.
-                let scene: String = scene.replace("solar source sun", "solar source gone").replace("0.5\n", "1e-6\n");
+                let scene: String = scene.replace("solar source sun", "solar source gone").replace("0.5\n", "0.01\n");
                 std::fs::write(folder.path().join("s.rad"), scene).unwrap();
                 let octree = testing::output(testing::radiance("oconv").unwrap().current_dir(folder.path()).args(["-w", "s.rad"]));
                 std::fs::write(folder.path().join("s.oct"), octree).unwrap();

@@ -1,6 +1,6 @@
 //! Sensors of a group: listed in a file, or spread over surfaces of the room.
 
-use super::reach::{Light, seem_dark};
+use super::reach::{Light, are_enclosed};
 use crate::error::{Error, Result, Warnings};
 use crate::scene::grid::{self, Spread};
 use crate::scene::points::Sensor;
@@ -12,7 +12,7 @@ use std::path::Path;
 /// Names of surfaces or materials that a message lists.
 const NAMED: usize = 12;
 
-/// The sensors of a group. Of those spread over a surface the ones from which no walk finds light are left
+/// The sensors of a group. Of those spread over a surface the ones from which no way to light is found are left
 /// out: they are inside walls or furniture, or outside the room.
 ///
 /// # Errors
@@ -31,7 +31,7 @@ pub(crate) fn sensors(
         SensorPoints::OverSurface(name, spread) => (of_name(name, scene).map_err(|e| e.file(&project.file).field(&field))?, spread),
     };
     let all = grid::over(&triangles, spread).map_err(|e| e.file(&project.file).field(&field))?;
-    let dark = seem_dark(scene, light, &all);
+    let dark = are_enclosed(scene, light, &all);
     let left = dark.iter().filter(|d| **d).count();
     // All of them: something else is wrong, and the warning of dark sensors says what.
     if left == 0 || left == all.len() {
@@ -163,6 +163,7 @@ mod tests {
             ("surface = \"missing.rad\"\nspacing = 1\n", "there is no file"),
             ("surface = \"floor\"\nspacin = 1\n", "need their 'spacing'"),
             ("", "surface = \"floor\" with spacing"),
+            ("surfce = \"floor\"\nspacing = 1\n", "did you mean 'surface'?"),
         ] {
             let message = project(text).1.unwrap_err().to_string();
             assert!(message.contains(what) && message.contains("project.toml:"), "{text}: {message}");

@@ -91,7 +91,7 @@ impl Inputs {
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
         let glazing = glazing::glazing(project)?;
         project.check_phases(project.choice(&glazing).phases)?;
-        let weather = Weather::read(&project.weather.file, warnings)?;
+        let weather = project.weather.load(warnings)?;
         check_steps(project, &weather, warnings)?;
         let mut scene = read_scene(project, warnings)?;
         let mut windows = Vec::new();

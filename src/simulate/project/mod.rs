@@ -2,7 +2,11 @@
 //!
 //! ```toml
 //! [weather]
-//! file = "weather/NYC.wea"            # or .epw
+//! file = "weather/NYC.wea"            # or .epw; or moments under a sky of the CIE in place of a file:
+//! # sky = "cie clear"                 # clear | intermediate | overcast | uniform
+//! # date = "03-21T12:00"              # or a list; standard time
+//! # site = [46.5, 11.35, 15]          # latitude, longitude, standard meridian: degrees north and east
+//! # sky = "cie overcast"              # without date and site: 10,000 lx outdoors, for daylight factors
 //! [scene]
 //! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
 //! [[window]]                          # any number

@@ -2,16 +2,46 @@
 
 use super::given::ImportSection;
 use super::table::{Place, Table, name};
-use crate::error::Result;
+use crate::error::{Result, Warnings};
 use crate::scene::Pane;
 use crate::scene::grid::Spread;
+use crate::sky::cie::{self, CieSky};
+use crate::weather::Weather;
+use crate::weather::time::Time;
 use std::path::PathBuf;
 
 /// `[weather]`: where the hours come from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WeatherSection {
-    /// Weather file, WEA or EPW.
+    /// Weather file, WEA or EPW; the project file where there is a sky in its place.
     pub file: PathBuf,
+    /// `sky`, `date`, `site`: moments under a CIE sky in place of the file.
+    pub moments: Option<Moments>,
+}
+
+/// Moments under one of the CIE's skies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moments {
+    /// The kind of sky.
+    pub sky: CieSky,
+    /// Months, days and standard times; without one, noon of 21 March.
+    pub times: Vec<Time>,
+    /// Latitude, longitude and standard meridian, degrees north and east. Without it an overcast or uniform sky
+    /// gives [`OUTDOORS`](crate::sky::cie::OUTDOORS) lx outdoors.
+    pub site: Option<[f64; 3]>,
+}
+
+impl WeatherSection {
+    /// The weather: what the file holds, or the moments.
+    ///
+    /// # Errors
+    /// What is wrong in the file, moments at night.
+    pub fn load(&self, warnings: &mut Warnings) -> Result<Weather> {
+        match &self.moments {
+            None => Weather::read(&self.file, warnings),
+            Some(m) => cie::weather(m.sky, &m.times, m.site, warnings).map_err(|e| e.file(&self.file).field("weather.date")),
+        }
+    }
 }
 
 /// `[scene]`: the room and what stands around it, without its windows.
@@ -98,9 +128,53 @@ pub struct SensorsSection {
 
 impl WeatherSection {
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
-        let file = table.required_path("file", "add file = \"….wea\" or \"….epw\"")?;
+        let names = CieSky::ALL.map(|(name, kind)| (format!("cie {name}"), kind));
+        let sky = table.choice("sky", &names.each_ref().map(|(name, kind)| (name.as_str(), *kind)))?;
+        let dates = table.texts("date", "[\"03-21T09:00\", \"03-21T12:00\"]")?.unwrap_or_default();
+        let site = table.numbers("site", -210.0..=210.0)?;
+        let Some(sky) = sky else {
+            let help = "add file = \"….wea\" or \"….epw\", or a sky in its place: sky = \"cie overcast\"";
+            let Some(file) = table.path("file")? else { return Err(table.missing_all(&["file", "sky"], "has no 'file'", help)) };
+            if let Some(key) = [("date", !dates.is_empty()), ("site", site.is_some())].iter().find(|(_, given)| *given).map(|(key, _)| key)
+            {
+                return Err(table
+                    .error(key, format!("'{key}' belongs to a 'sky', but the weather comes from a file"))
+                    .help("add sky = \"cie clear\" or the like in place of 'file', or take this out"));
+            }
+            table.finish()?;
+            return Ok(Self { file, moments: None });
+        };
+        if table.path("file")?.is_some() {
+            return Err(table
+                .error("sky", "the sky comes either from a weather 'file' or is a 'sky' of the CIE")
+                .help("take one of the two out"));
+        }
+        let mut times = Vec::new();
+        for date in &dates {
+            times.push(Time::parse(date).map_err(|e| table.place("date").of(e))?);
+        }
+        let site = match site.as_deref() {
+            None => None,
+            Some(&[latitude, longitude, meridian]) if latitude.abs() <= 90.0 && longitude.abs() <= 180.0 => {
+                Some([latitude, longitude, meridian])
+            }
+            Some(_) => {
+                return Err(table
+                    .error("site", "this is no site")
+                    .help("write latitude, longitude and standard meridian in degrees north and east, as [46.5, 11.35, 15]"));
+            }
+        };
+        if site.is_none() && (sky.shows_sun() || !times.is_empty()) || site.is_some() && times.is_empty() {
+            return Err(table.error("sky", "a moment needs both its date and its site").help(
+                "add date = \"03-21T12:00\" and site = [46.5, 11.35, 15]; an overcast or uniform sky without both gives 10,000 lx outdoors",
+            ));
+        }
+        if times.is_empty() {
+            times.push(Time { month: 3, day: 21, hour: 12.0 });
+        }
+        let file = table.place("sky").file;
         table.finish()?;
-        Ok(Self { file })
+        Ok(Self { file, moments: Some(Moments { sky, times, site }) })
     }
 }
 
@@ -180,7 +254,9 @@ impl SensorPoints {
         let margin = table.number("margin", 0.0..=1e6)?;
         let Some(surface) = surface else {
             let help = "add points = \"….txt\" with a line 'x y z dx dy dz' per sensor, or surface = \"floor\" with spacing = 0.5";
-            let file = table.required_path("points", help)?;
+            let Some(file) = table.path("points")? else {
+                return Err(table.missing_all(&["points", "surface"], "has neither 'points' nor 'surface'", help));
+            };
             if let Some((key, _)) = [("spacing", spacing), ("height", height), ("margin", margin)].iter().find(|(_, v)| v.is_some()) {
                 return Err(table
                     .error(key, format!("'{key}' spreads sensors over a surface, but 'points' lists them"))

@@ -11,6 +11,7 @@ use crate::simulate::inputs::split;
 use crate::simulate::light::{Daylight, WindowLight, multiply, transmitted};
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::write_stored;
+use crate::weather::{CieSky, Weather};
 use serde::{Deserialize, Serialize};
 
 /// One group of sensors.
@@ -27,6 +28,9 @@ pub struct SensorSummary {
     pub mean_illuminance_lx: f64,
     /// Its standard error, lux.
     pub mean_illuminance_standard_error_lx: f64,
+    /// Under an overcast sky of the CIE: mean over the sensors of their share of the horizontal illuminance outdoors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_daylight_factor: Option<f64>,
     /// Share of the sensors facing up that have 300 lx in at least half of the hours from 8 to 18,
     /// the façade as computed; absent if no sensor faces up. Not LM-83's sDA, which moves blinds.
     pub spatial_autonomy: Option<f64>,
@@ -130,6 +134,12 @@ pub(crate) fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) 
     annual::estimate(&chain, made.multiplier, made.at_sensors, lux, suns, context.project.quality.target(), &stage)
 }
 
+/// Mean horizontal illuminance outdoors, lx, if the sky is the CIE's overcast one in all steps.
+fn overcast_outdoors(weather: &Weather) -> Option<f64> {
+    let all = !weather.skies.is_empty() && weather.skies.iter().all(|s| *s == CieSky::Overcast);
+    all.then(|| weather.records.iter().map(|r| r.diffuse).sum::<f64>() / weather.records.len() as f64)
+}
+
 /// Writes illuminances, errors and metrics of all groups.
 ///
 /// # Errors
@@ -137,6 +147,7 @@ pub(crate) fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) 
 pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors, dark: &[bool]) -> Result<Vec<SensorSummary>> {
     let groups = &context.inputs.sensors;
     let records = &context.inputs.weather.records;
+    let outdoors = overcast_outdoors(&context.inputs.weather);
     let (mut sensors, mut rest) = (Vec::new(), dark);
     let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
     for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
@@ -151,6 +162,7 @@ pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearError
             count: group.sensors.len(),
             without_light: dark.iter().filter(|d| **d).count(),
             mean_illuminance_lx: year.mean.value,
+            mean_daylight_factor: outdoors.map(|lux| year.mean.value / lux),
             mean_illuminance_standard_error_lx: year.mean.standard_error,
             spatial_autonomy: year.spatial_autonomy.map(|s| s.value),
             spatial_autonomy_standard_error: year.spatial_autonomy.map(|s| s.standard_error),

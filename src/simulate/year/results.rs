@@ -69,7 +69,7 @@ impl Surroundings {
     fn read(file: &Path, year: &mut Year) -> Result<Self> {
         let project = Project::read(file)?;
         let mut warnings = Warnings::new();
-        let weather = Weather::read(&project.weather.file, &mut warnings)?;
+        let weather = project.weather.load(&mut warnings)?;
         let mut scene = read_scene(&project, &mut warnings)?;
         let (mut states, mut windows) = (HashMap::new(), Vec::new());
         for section in &project.windows {
