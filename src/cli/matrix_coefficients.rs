@@ -21,9 +21,9 @@ pub struct CoefficientArgs {
     #[arg(long, value_name = "WINDOW.rad")]
     window: Vec<PathBuf>,
 
-    /// All windows are one pane of this transmittance at normal incidence, whatever their material: one number or
-    /// three for red, green and blue
-    #[arg(long, value_name = "TAU", num_args = 1..=3, value_delimiter = ',', requires = "window")]
+    /// All windows are one pane of this transmittance at normal incidence, whatever their material: one number, or
+    /// three with commas between for red, green and blue
+    #[arg(long, value_name = "TAU", value_delimiter = ',', requires = "window")]
     glass: Vec<f64>,
 
     /// Sensors: a file of `x y z dx dy dz` lines

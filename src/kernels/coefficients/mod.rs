@@ -41,6 +41,7 @@ use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::Scene;
 use crate::scene::points::Sensor;
+use gathered::Gathered;
 use tracer::Tracer;
 
 pub use crate::scene::{GlazedWindow, Pane};

@@ -339,7 +339,7 @@ fn faults_in_the_shaders_of_the_coefficients_are_found_out() {
             "to_window.direction * to_window.distance, window.z",
         ),
         (
-            "coefficients/entering",
+            "coefficients/deposit",
             "select(params.batches * params.sensors, 0u, direct)",
             "select(0u, params.batches * params.sensors, direct)",
         ),

@@ -1,8 +1,7 @@
 //! Tracing of the coefficients, tile by tile.
 
 use super::doubts::Looks;
-use super::gathered::Gathered;
-use super::{CoefficientOptions, CoefficientParams, DIRECT, GlazedWindow, PATHS};
+use super::{CoefficientOptions, CoefficientParams, DIRECT, Gathered, GlazedWindow, PATHS};
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel};

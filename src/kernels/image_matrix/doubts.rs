@@ -1,8 +1,7 @@
 //! What few rays leave open in a pixel: which part of the windows, and of the light paths, is seen from its
 //! surface points, and what further reflections show that none of its rays found.
 
-use super::PixelChances;
-use super::tracer::{ImageTracer, TracedTile};
+use super::{ImageTracer, PixelChances, TracedTile};
 use crate::kernels::light_paths::LOOK_UNITS;
 use crate::kernels::light_paths::doubts::{BinShares, Chances, are_enough};
 use crate::kernels::trace::doubt::{ENOUGH_HITS, Part, half_a_hit, pattern};

@@ -34,7 +34,7 @@ use crate::kernels::light_paths::{LOOKS, Receiver, VirtualLight};
 use crate::kernels::trace::{self, ROULETTE_WEIGHT, TraceStatistics, TraceTables, WindowSurfaces};
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
-use tracer::ImageTracer;
+use tracer::{ImageTracer, TracedTile};
 
 gpu_struct! {
     /// Parameters of the tile's kernels (`shared/pixel.wgsl`).
