@@ -19,6 +19,7 @@
 //! holes where they are, but for those that a computation is asked for.
 
 mod covering;
+pub(crate) mod found;
 mod openings;
 mod panes;
 

@@ -1,7 +1,9 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 pub(crate) mod filling;
+mod found;
 pub(crate) mod glazing;
+pub(crate) mod grids;
 pub(crate) mod import;
 pub mod mirrors;
 mod models;
@@ -11,11 +13,11 @@ mod shade_check;
 pub mod suns;
 pub(crate) mod windows;
 
+pub use self::filling::in_colour;
 use self::import::{Imported, sun_matrices};
 use self::shade::Shade;
 use self::suns::SunSet;
 pub(crate) use self::windows::ProjectWindow;
-pub use self::windows::in_colour;
 pub(crate) use self::windows::read_surfaces;
 use self::windows::{check_sides, read_windows};
 use crate::bins::ReinhartSky;
@@ -26,7 +28,7 @@ use crate::scene::points::Sensor;
 use crate::scene::{self, GlazedWindow, Scene, Window};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::method::{Choice, Glazing};
-use crate::simulate::project::{Project, SensorsSection};
+use crate::simulate::project::{Project, SensorPoints, SensorsSection};
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::weather::Weather;
 use glam::DVec3;
@@ -48,6 +50,8 @@ pub struct Inputs {
     pub seem_dark: Vec<bool>,
     /// What the windows ask of a method that is left open.
     pub glazing: Glazing,
+    /// Of a project that names no windows, the scene's glass that was not taken for windows, and why.
+    pub glass_left: Vec<String>,
 }
 
 /// A group of sensors.
@@ -90,7 +94,7 @@ impl Inputs {
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
         let glazing = glazing::glazing(project)?;
         project.check_phases(project.choice(&glazing).phases)?;
-        let weather = Weather::read(&project.weather.file, warnings)?;
+        let weather = project.weather.load(warnings)?;
         check_steps(project, &weather, warnings)?;
         let mut scene = read_scene(project, warnings)?;
         let mut windows = Vec::new();
@@ -98,24 +102,33 @@ impl Inputs {
         for section in &project.windows {
             windows.extend(read_windows(project, section, patches, &mut scene, warnings)?);
         }
+        let mut glass_left = Vec::new();
+        if project.windows.is_empty() {
+            let found = found::find(&mut scene, warnings)?;
+            (windows, glass_left) = (found.windows, found.left);
+        }
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
-        let sensors = project.sensors.iter().map(|s| read_group(s, bins, warnings)).collect::<Result<Vec<_>>>()?;
+        let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
+        let direct = project.choice(&glazing).direct;
+        let light = if direct { reach::Light::Sky } else { reach::Light::Windows(&plain) };
+        let sensors = project.sensors.iter().map(|s| read_group(project, s, &scene, light, bins, warnings)).collect::<Result<Vec<_>>>()?;
         if project.windows.iter().any(|w| w.daylight.is_some()) || project.sensors.iter().any(|s| s.view.is_some() || s.sun.is_some()) {
             warnings.push(Error::new("matrices made elsewhere count as exact: their noise is not in the estimated error"));
         }
         let everywhere: Vec<Sensor> = sensors.iter().flat_map(|g| &g.sensors).copied().collect();
-        let direct = project.choice(&glazing).direct;
         check_sides(&windows, &everywhere, direct, warnings)?;
-        let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
         if !windows.is_empty() {
             mirrors::warn(&scene, &plain, warnings);
         }
-        let seem_dark = reach::seem_dark(&scene, if direct { reach::Light::Sky } else { reach::Light::Windows(&plain) }, &sensors);
+        let seem_dark = reach::seem_dark(&scene, light, &everywhere);
         reach::warn(&sensors, &seem_dark, direct, warnings);
         models::warn(project, warnings)?;
-        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing };
+        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        if project.output.quantity.is_solar() {
+            inputs.warn_of_solar(project, warnings);
+        }
         inputs.check_suns(project, warnings)?;
         inputs.check_peaks(project, warnings);
         Ok(inputs)
@@ -142,6 +155,23 @@ impl Inputs {
             sun_matrices(files, &suns)?;
         }
         Ok(())
+    }
+
+    /// Materials are those of light.
+    fn warn_of_solar(&self, project: &Project, warnings: &mut Warnings) {
+        let windows: Vec<&str> = self.windows.iter().map(|w| w.name.as_str()).collect();
+        let behind = match &windows[..] {
+            [] => String::new(),
+            names => format!(", and the transmittance of light of windows '{}'", names.join("', '")),
+        };
+        warnings.push(
+            Error::new(format!(
+                "irradiance is computed with the scene's reflectances of light{behind} as those of the whole solar spectrum"
+            ))
+            .file(&project.file)
+            .field("output.quantity")
+            .help("give scene files and windows with solar values for this project; coated glass passes much less of the sun's heat"),
+        );
     }
 
     /// Sharp glare that the sky's patches and the bins blur: a sun seen through a pane, but not traced.
@@ -217,7 +247,7 @@ impl Inputs {
         let choice = self.choice(project);
         // Without windows no sun is taken for unreachable. Sensors may see the sky by no window.
         let windows: Vec<Window> = if project.quality.prune && !choice.direct { self.sunny_windows() } else { Vec::new() };
-        SunSet::new(&self.weather, project.method.suns_of(&choice), &windows)
+        SunSet::of(&self.weather, project.method.suns_of(&choice), &windows, project.output.quantity)
     }
 
     /// Windows through which suns are traced, by their shade or their scattering data.
@@ -303,9 +333,20 @@ pub fn read_scene(project: &Project, warnings: &mut Warnings) -> Result<Scene> {
     scene::read_scene(&files, base, warnings)
 }
 
-fn read_group(section: &SensorsSection, bins: usize, warnings: &mut Warnings) -> Result<SensorGroup> {
-    let sensors = scene::read_sensors(&section.points, Some(&section.name), warnings)?;
+fn read_group(
+    project: &Project,
+    section: &SensorsSection,
+    scene: &Scene,
+    light: reach::Light<'_>,
+    bins: usize,
+    warnings: &mut Warnings,
+) -> Result<SensorGroup> {
+    let sensors = grids::sensors(project, section, scene, light, warnings)?;
     let shape = "V has a row per sensor and a column per bin of all windows, in the project's order";
     let view = section.view.as_ref().map(|v| Imported::load(v, sensors.len(), bins, shape)).transpose()?;
-    Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors, view, sun: section.sun.clone() })
+    let file = match &section.points {
+        SensorPoints::File(file) | SensorPoints::OverFile(file, _) => file.clone(),
+        SensorPoints::OverSurface(..) => project.file.clone(),
+    };
+    Ok(SensorGroup { name: section.name.clone(), file, sensors, view, sun: section.sun.clone() })
 }

@@ -2,10 +2,14 @@
 //!
 //! ```toml
 //! [weather]
-//! file = "weather/NYC.wea"            # or .epw
+//! file = "weather/NYC.wea"            # or .epw; or moments under a sky of the CIE in place of a file:
+//! # sky = "cie clear"                 # clear | intermediate | overcast | uniform
+//! # date = "03-21T12:00"              # or a list; standard time
+//! # site = [46.5, 11.35, 15]          # latitude, longitude, standard meridian: degrees north and east
+//! # sky = "cie overcast"              # without date and site: 10,000 lx outdoors, for daylight factors
 //! [scene]
 //! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
-//! [[window]]                          # any number
+//! [[window]]                          # any number; without one sensors see the sky by what the scene leaves free
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
 //! glass = 0.65                        # a clear pane; "scene": as in the scene files; or one of these:
@@ -16,7 +20,11 @@
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
 //! [[sensors]]                         # any number
 //! name = "workplane"
-//! points = "points.txt"
+//! points = "points.txt"               # or, spread over a material, a named surface or a file of polygons:
+//! # surface = "Floor"
+//! # spacing = 0.5
+//! # height = 0.8                      # above it; left out: 0.8
+//! # margin = 0.5                      # from its edge; left out: 0
 //! [[view]]                            # any number
 //! name = "desk"
 //! file = "views/fish.vf"
@@ -38,6 +46,8 @@
 //! # target_error = 0.02               # or: until the standard error is 2 %
 //! # time_limit = "5 min"              # or: as long as that
 //! seed = 1
+//! [output]
+//! quantity = "illuminance"             # or "irradiance": solar, W/m²
 //! ```
 //!
 //! Paths are relative to the file. Of the files that it names only the points of `[[views]]` are read here.
@@ -52,6 +62,7 @@ pub mod glare;
 pub mod method;
 mod model;
 mod of_model;
+pub mod output;
 pub mod quality;
 mod sections;
 mod spelling;
@@ -64,9 +75,11 @@ use self::document::Places;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
 use self::model::NamedModel;
+pub(crate) use self::output::OutputSection;
+pub use self::output::Quantity;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
-pub(crate) use self::sections::{Filling, SceneSection, SensorsSection, WeatherSection, WindowSection};
+pub(crate) use self::sections::{Filling, SceneSection, SensorPoints, SensorsSection, WeatherSection, WindowSection};
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
@@ -97,6 +110,8 @@ pub struct Project {
     pub method: MethodSection,
     /// `[quality]`
     pub quality: QualitySection,
+    /// `[output]`
+    pub output: OutputSection,
     /// Where its sections stand, for faults that show when its files are read.
     pub(crate) places: Places,
 }
@@ -130,6 +145,9 @@ impl Project {
         let (scene, model) =
             SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
         let mut windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
+        if windows.is_empty() {
+            top.refuse_slips("window")?;
+        }
         let mut sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
         let mut views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
         for table in top.tables("views")? {
@@ -151,10 +169,11 @@ impl Project {
         }
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
-        if windows.is_empty() && !views.is_empty() {
+        let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
+        if windows.is_empty() && (!views.is_empty() || sensors.iter().any(|s| s.view.is_some() || s.sun.is_some())) {
             return Err(top.missing_section(
                 "window",
-                "pictures and glare need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
+                "pictures, glare and matrices V need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
             ));
         }
         if sensors.is_empty() && views.is_empty() {
@@ -179,7 +198,7 @@ impl Project {
         let places = Places { window, sensors: sensor, view, images: image };
         top.finish()?;
         let file = file.to_path_buf();
-        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, places };
+        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, places };
         project.states_match()?;
         Ok(project)
     }

@@ -15,7 +15,7 @@
 //! `bsdf = "room.hbjson#blind"` of a modifier.
 
 use super::given::GivenPictures;
-use super::sections::{Filling, SensorsSection, WindowSection};
+use super::sections::{Filling, SensorPoints, SensorsSection, WindowSection};
 use super::table::Place;
 use super::views::{DEFAULT_RESOLUTION, ViewSection, view_of_options};
 use crate::error::{Error, Result, Warnings};
@@ -68,7 +68,8 @@ impl NamedModel {
 
     /// All its sensor grids.
     pub fn sensors(&self) -> Vec<SensorsSection> {
-        let section = |name: &String| SensorsSection { name: name.clone(), points: self.part(name), view: None, sun: None };
+        let section =
+            |name: &String| SensorsSection { name: name.clone(), points: SensorPoints::File(self.part(name)), view: None, sun: None };
         self.model.sensors.iter().map(|g| section(&g.name)).collect()
     }
 

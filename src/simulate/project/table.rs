@@ -227,6 +227,14 @@ impl<'d, 'a> Table<'d, 'a> {
         Ok(self.number(key, limits)?.map(Ok))
     }
 
+    /// A text, or a non-empty list of them.
+    pub(super) fn texts(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
+        match self.get(key).map(Spanned::get_ref) {
+            Some(DeValue::String(_)) => Ok(self.string(key)?.map(|text| vec![text])),
+            _ => self.strings(key, example),
+        }
+    }
+
     /// A list of texts that is not empty; `example` shows one.
     pub(super) fn strings(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
         let Some(value) = self.get(key) else { return Ok(None) };
@@ -337,6 +345,15 @@ impl<'d, 'a> Table<'d, 'a> {
             });
         }
         Ok(tables)
+    }
+
+    /// Refuses a misspelt form of a key that may be left out.
+    ///
+    /// # Errors
+    /// Names the slip, and the key that is meant.
+    pub(super) fn refuse_slips(&self, key: &str) -> Result<()> {
+        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), &[key]).is_some());
+        slip.map_or(Ok(()), |slip| Err(self.unknown(slip, &[key])))
     }
 
     /// An error that the table has none of some keys; a misspelt one is answered.
