@@ -6,6 +6,12 @@ use crate::error::Error;
 /// Files of a scene inside each other (`!xform` in files that `!xform` names).
 pub(crate) const NESTED_FILES: usize = 64;
 
+/// Patterns, mixtures and materials that modify each other.
+pub(crate) const NESTED_MODIFIERS: usize = 256;
+
+/// Sensors that are spread over one plane.
+pub(crate) const GRID_POINTS: usize = 1 << 20;
+
 /// Nodes of a glTF file inside each other.
 pub(crate) const NESTED_NODES: usize = 128;
 

@@ -7,11 +7,12 @@
 
 mod tables;
 
+use super::transmission::xyz_to_rgb;
 use crate::error::{Error, Result};
 use crate::text;
 use serde_json::Value;
 use std::path::Path;
-use tables::{D65, PHOTOPIC, SOLAR, VISIBLE_START, VISIBLE_STEP};
+use tables::{D65, PHOTOPIC, RED_AND_BLUE, SOLAR, VISIBLE_START, VISIBLE_STEP};
 
 /// Limits of the visible range, µm.
 pub(crate) const VISIBLE_RANGE: [f64; 2] = [0.38, 0.78];
@@ -42,6 +43,25 @@ pub(crate) fn weights(wavelengths: &[f64]) -> [Vec<f64>; 2] {
         shares.iter_mut().for_each(|s| *s /= sum);
         shares
     })
+}
+
+/// RGB of Radiance's primaries, as the CIE 1931 observer sees a surface of this spectrum under light of equal
+/// energy: white is 1 1 1. `value` is that at a wavelength in nm, sampled at every nanometre of the visible range.
+pub(crate) fn rgb(value: impl Fn(f64) -> f64) -> [f64; 3] {
+    let observer = |k: usize| [RED_AND_BLUE[k][0], PHOTOPIC[2 * k], RED_AND_BLUE[k][1]];
+    let (mut sum, mut white) = ([0.0; 3], [0.0; 3]);
+    for nanometre in 380..=780 {
+        let (k, share) = ((nanometre - 380) / 10, f64::from((nanometre - 380) % 10) / 10.0);
+        let (below, above) = (observer(k as usize), observer(40.min(k as usize + 1)));
+        let seen = value(f64::from(nanometre));
+        for c in 0..3 {
+            let response = below[c] + share * (above[c] - below[c]);
+            sum[c] += response * seen;
+            white[c] += response;
+        }
+    }
+    let xyz: [f64; 3] = std::array::from_fn(|c| sum[c] / white[c]);
+    xyz_to_rgb().map(|row| row.iter().zip(xyz).map(|(a, b)| a * b).sum())
 }
 
 /// The two neighbours of a wavelength and their shares in the value there.

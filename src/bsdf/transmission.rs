@@ -80,7 +80,7 @@ fn directed(blocks: &super::Blocks, source: TransmissionSource) -> Option<KlemsM
 
 /// CIE XYZ to RGB of Radiance's primaries: red (.640 .330), green (.290 .600), blue (.150 .060),
 /// white of equal energy.
-fn xyz_to_rgb() -> [[f64; 3]; 3] {
+pub(super) fn xyz_to_rgb() -> [[f64; 3]; 3] {
     let xyz = |x: f64, y: f64| glam::DVec3::new(x, y, 1.0 - x - y);
     let primaries = glam::DMat3::from_cols(xyz(0.640, 0.330), xyz(0.290, 0.600), xyz(0.150, 0.060));
     let scale = primaries.inverse() * glam::DVec3::ONE;

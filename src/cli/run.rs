@@ -81,6 +81,9 @@ fn report(output: &Path, summary: &Summary) {
             (None, watts) => format!("{:.1} W/m²", watts.unwrap_or_default()),
         };
         println!("{}: {} sensors, {} hours, mean {mean}", file.display(), sensors.count, summary.hours);
+        if let Some(share) = sensors.mean_daylight_factor {
+            println!("  mean daylight factor {:.2} %", 100.0 * share);
+        }
         if let Some(share) = sensors.spatial_autonomy {
             println!("  {:.1} %: {}", 100.0 * share, sensors.spatial_autonomy_means);
         }

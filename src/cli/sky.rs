@@ -1,22 +1,42 @@
-//! `lucarne sky`: the sky matrix of a weather file, with gendaymtx's options.
+//! `lucarne sky`: the sky matrix of a weather file, with gendaymtx's options, or of one moment under a CIE sky.
 
 use clap::ArgAction;
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::{Format, write_matrix, write_matrix_to};
 use lucarne::progress::Silent;
+use lucarne::sky::cie::{CieMoment, CieSky, TURBIDITY};
 use lucarne::sky::{SkyOptions, sky_matrix};
 use lucarne::weather::Weather;
+use lucarne::weather::sun::position;
+use lucarne::weather::time::Time;
 use lucarne::{Error, Result, Warnings, files};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Sky matrix [patch][hour] of RGB radiance from a weather file; options as gendaymtx.
+/// Sky matrix [patch][hour] of RGB radiance from a weather file, options as gendaymtx; or its one column of a
+/// CIE sky, as gensky and genskyvec: --cie clear --date 03-21T12:00 --site 46.5,11.35,15
 #[derive(clap::Args)]
 #[command(disable_help_flag = true)]
 pub struct Args {
     /// Weather file, EPW or WEA; standard input if absent or `-`
     weather: Option<PathBuf>,
+
+    /// One moment under a sky of the CIE in place of a weather file; with its sun unless -s is given
+    #[arg(long, value_name = "KIND", value_parser = cie_kind, conflicts_with_all = ["weather", "sun_hours_only", "average", "output_type"], requires = "date", requires = "site")]
+    cie: Option<CieSky>,
+
+    /// Month, day and standard time of the moment
+    #[arg(long, value_name = "03-21T12:00", requires = "cie")]
+    date: Option<String>,
+
+    /// Latitude and longitude (degrees north and east) and the meridian of its standard time (degrees east)
+    #[arg(long, value_name = "LAT,LON,MERIDIAN", requires = "cie", allow_hyphen_values = true)]
+    site: Option<String>,
+
+    /// Turbidity of the air of a clear or intermediate sky
+    #[arg(long, value_name = "T", requires = "cie", default_value_t = TURBIDITY)]
+    turbidity: f64,
 
     /// Matrix file to write; standard output if absent or `-`
     #[arg(short = 'o', value_name = "FILE")]
@@ -88,8 +108,46 @@ pub struct Args {
     help: Option<bool>,
 }
 
+fn cie_kind(word: &str) -> std::result::Result<CieSky, String> {
+    let kind = CieSky::ALL.into_iter().find(|(name, _)| *name == word).map(|(_, kind)| kind);
+    kind.ok_or_else(|| format!("choose one of {}", CieSky::ALL.map(|(name, _)| name).join(", ")))
+}
+
+/// Latitude, longitude and standard meridian, degrees north and east.
+fn site(text: &str) -> Result<[f64; 3]> {
+    let wrong = || {
+        Error::new(format!("'{text}' is no site"))
+            .field("--site")
+            .help("write latitude, longitude and standard meridian in degrees north and east, as 46.5,11.35,15")
+    };
+    let values: Vec<f64> = text.split(',').map(|v| v.trim().parse().ok()).collect::<Option<_>>().ok_or_else(wrong)?;
+    let [latitude, longitude, meridian] = values[..] else { return Err(wrong()) };
+    let fits = |v: f64, most: f64| v.abs() <= most;
+    if !(fits(latitude, 90.0) && fits(longitude, 180.0) && fits(meridian, 210.0)) {
+        return Err(wrong());
+    }
+    Ok([latitude, longitude, meridian])
+}
+
+/// The column of a CIE sky and its header.
+fn moment(args: &Args, kind: CieSky, options: &SkyOptions, warnings: &mut Warnings) -> Result<(Matrix<f32>, Vec<String>)> {
+    let time = Time::parse(args.date.as_deref().unwrap_or_default()).map_err(|e| e.field("--date"))?;
+    let [latitude, longitude, meridian] = site(args.site.as_deref().unwrap_or_default())?;
+    if (longitude - meridian).abs() > 45.0 {
+        let message =
+            format!("the standard meridian {meridian}° is {:.0}° away from the longitude {longitude}°", (longitude - meridian).abs());
+        warnings.push(Error::new(message).field("--site").help("both are degrees east; west is negative"));
+    }
+    if !(args.turbidity > 0.0 && args.turbidity.is_finite()) {
+        return Err(Error::new("the turbidity must be above 0").field("--turbidity").help("clear air has about 2.45"));
+    }
+    let mut sun = position(latitude, longitude, meridian / 15.0, time.day_of_year(), time.hour);
+    sun.azimuth -= options.rotation.to_radians();
+    let matrix = CieMoment::new(kind, sun, args.turbidity, warnings)?.matrix(options)?;
+    Ok((matrix, vec![command_line(), format!("LATLONG= {latitude:.8} {longitude:.8}")]))
+}
+
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
-    let weather = read_weather(args.weather.as_deref(), warnings)?;
     let rgb = |values: &[f64]| [values[0], values[1], values[2]];
     let options = SkyOptions {
         subdivision: args.subdivision,
@@ -104,7 +162,17 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         average: args.average,
         interval_minutes: args.interval,
     };
-    let matrix = sky_matrix(&weather, &options, &Silent)?;
+    let (matrix, header) = match args.cie {
+        Some(kind) => moment(&args, kind, &options, warnings)?,
+        None => {
+            let weather = read_weather(args.weather.as_deref(), warnings)?;
+            let mut header = vec![command_line(), format!("LATLONG= {:.8} {:.8}", weather.latitude, weather.longitude)];
+            if options.average {
+                header.push(format!("NAVERAGED={}", averaged_hours(&weather, &options)?));
+            }
+            (sky_matrix(&weather, &options, &Silent)?, header)
+        }
+    };
     let path = args.output.as_deref().filter(|p| *p != Path::new("-"));
     let format = match (args.ascii, args.float, args.double) {
         (true, ..) => Format::Ascii,
@@ -116,10 +184,6 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     if args.no_header {
         write_without_header(path, &matrix, format)?;
     } else {
-        let mut header = vec![command_line(), format!("LATLONG= {:.8} {:.8}", weather.latitude, weather.longitude)];
-        if options.average {
-            header.push(format!("NAVERAGED={}", averaged_hours(&weather, &options)?));
-        }
         write_matrix(path, &matrix, format, &header)?;
     }
     Ok(ExitCode::SUCCESS)

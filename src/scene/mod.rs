@@ -5,6 +5,7 @@
 
 mod files;
 pub mod gltf;
+pub mod grid;
 pub mod honeybee;
 pub mod info;
 pub mod obj;
@@ -86,8 +87,56 @@ pub enum MaterialKind {
         /// Distance within which it is treated as a light source (Radiance's `maxrad`).
         max_radius: f64,
     },
+    /// Any other mixture of these ways to scatter light, the same on both sides.
+    Lobes(Lobes),
     /// No interaction at all: rays go on (an `alias` or surface of modifier `void`).
     Void,
+}
+
+/// Shares of light that a surface sends on, each RGB in 0…1.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Lobes {
+    /// Reflected to all directions alike (Lambert).
+    pub diffuse: [f64; 3],
+    /// Transmitted to all directions alike.
+    pub diffuse_transmitted: [f64; 3],
+    /// Reflected as by a mirror.
+    pub specular: [f64; 3],
+    /// Transmitted without deflection.
+    pub specular_transmitted: [f64; 3],
+    /// RMS facet slope of the specular parts. Where it is 0 the shares are those at normal incidence, and
+    /// reflection rises towards grazing as that of a smooth plastic does.
+    pub roughness: f64,
+}
+
+impl MaterialKind {
+    /// The shares of light of plastic, metal, trans and mixtures of them.
+    pub fn lobes(&self) -> Option<Lobes> {
+        let scaled = |c: [f64; 3], f: f64| c.map(|v| v * f);
+        match *self {
+            Self::Plastic { color, specularity, roughness } => {
+                Some(Lobes { diffuse: scaled(color, 1.0 - specularity), specular: [specularity; 3], roughness, ..Lobes::default() })
+            }
+            Self::Metal { color, specularity, roughness } => Some(Lobes {
+                diffuse: scaled(color, 1.0 - specularity),
+                specular: scaled(color, specularity),
+                roughness,
+                ..Lobes::default()
+            }),
+            Self::Trans { color, specularity, roughness, transmissivity, transmitted_specularity } => {
+                let transmitted = transmissivity * (1.0 - specularity);
+                Some(Lobes {
+                    diffuse: scaled(color, 1.0 - specularity - transmitted),
+                    diffuse_transmitted: scaled(color, transmitted * (1.0 - transmitted_specularity)),
+                    specular: [specularity; 3],
+                    specular_transmitted: scaled(color, transmitted * transmitted_specularity),
+                    roughness,
+                })
+            }
+            Self::Lobes(lobes) => Some(lobes),
+            Self::Glass { .. } | Self::Mirror { .. } | Self::Light { .. } | Self::Glow { .. } | Self::Void => None,
+        }
+    }
 }
 
 /// A named material.

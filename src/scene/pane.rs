@@ -1,7 +1,23 @@
-//! Radiance's material `glass`: one pane with Fresnel reflection at both faces; windows that have it.
+//! Radiance's material `glass`: one pane with Fresnel reflection at both faces; windows that have it; the rise of
+//! reflection of other smooth surfaces towards grazing incidence.
 
 use super::{MaterialKind, Window};
 use crate::error::{Error, Result};
+
+/// Squared roughness up to which surfaces are smooth.
+pub(crate) const SMOOTH_ROUGHNESS2: f64 = 1e-6;
+
+/// Specular fraction from which Radiance applies its Fresnel approximation to smooth surfaces (FRESTHRESH).
+pub(crate) const FRESNEL_THRESHOLD: f64 = 0.018;
+
+/// See [`smooth_fresnel`].
+pub(crate) const FRESNEL_DECAY: f64 = 5.85;
+
+/// Radiance's approximation to Fresnel's law for smooth surfaces: what they add to their specular
+/// reflection at this cosine of incidence, as a share of the rest. 0 at normal incidence.
+pub(crate) fn smooth_fresnel(cosine: f64) -> f64 {
+    (-FRESNEL_DECAY * cosine).exp() - (-FRESNEL_DECAY).exp()
+}
 
 /// Refraction index of Radiance's `glass` unless a fourth argument says otherwise.
 pub const REFRACTION_INDEX: f64 = 1.52;

@@ -1,6 +1,7 @@
 //! The sky matrix S: radiance of the sky's patches and of the ground for every hour of a weather
 //! file, exactly as Radiance's `gendaymtx` makes it.
 
+pub mod cie;
 mod patches;
 pub(crate) mod perez;
 
@@ -11,6 +12,7 @@ use crate::progress::{Progress, cancelled};
 use crate::units::{BRIGHTNESS_WEIGHTS, LUMINOUS_EFFICACY, SUN_DIAMETER_DEG};
 use crate::weather::sun::{self, SunPosition};
 use crate::weather::{Quantity, Record, Weather};
+use cie::CieMoment;
 use patches::{Patches, SunPatches};
 use perez::{Conditions, Distribution};
 use rayon::prelude::*;
@@ -178,6 +180,8 @@ struct Hour {
     /// Angle of the model's sun from the zenith.
     zenith_angle: f64,
     distribution: Distribution,
+    /// In place of Perez' distribution.
+    cie: Option<CieMoment>,
 }
 
 fn check(options: &SkyOptions) -> Result<()> {
@@ -211,7 +215,13 @@ fn hours(weather: &Weather, options: &SkyOptions) -> Result<Vec<Hour>> {
             continue;
         }
         sun.azimuth -= options.rotation.to_radians();
-        hours.push(Hour::new(index, record, weather.quantity, sun, dew_point, options.solar_spectrum));
+        let mut hour = Hour::new(index, record, weather.quantity, sun, dew_point, options.solar_spectrum);
+        if let Some(kind) = weather.skies.get(index) {
+            // A CIE sky has no other spectrum than the visible.
+            (hour.diffuse, hour.direct) = (record.diffuse / LUMINOUS_EFFICACY, record.direct / LUMINOUS_EFFICACY);
+            hour.cie = Some(CieMoment::shape(*kind, sun));
+        }
+        hours.push(hour);
     }
     if hours.is_empty() {
         return Err(if weather.records.is_empty() {
@@ -266,7 +276,7 @@ impl Hour {
         let conditions = Conditions { zenith_angle: perez::model_zenith_angle(sun.altitude), day_of_year: record.day_of_year, dew_point };
         if record.direct + record.diffuse <= DARKNESS {
             let distribution = Distribution { a: 0.0, b: 0.0, c: 0.0, d: 0.0, e: 0.0 };
-            return Self { record: index, sun, diffuse: 0.0, direct: 0.0, zenith_angle: conditions.zenith_angle, distribution };
+            return Self { record: index, sun, diffuse: 0.0, direct: 0.0, zenith_angle: conditions.zenith_angle, distribution, cie: None };
         }
         let state = match quantity {
             Quantity::NormalIrradiance => conditions.of_irradiance(record.diffuse, record.direct),
@@ -282,7 +292,7 @@ impl Hour {
             (state.diffuse_illuminance / LUMINOUS_EFFICACY, state.direct_illuminance / LUMINOUS_EFFICACY)
         };
         let distribution = Distribution::new(state.clearness, state.brightness, conditions.zenith_angle);
-        Self { record: index, sun, diffuse, direct, zenith_angle: conditions.zenith_angle, distribution }
+        Self { record: index, sun, diffuse, direct, zenith_angle: conditions.zenith_angle, distribution, cie: None }
     }
 
     fn ground(&self) -> f64 {
@@ -312,7 +322,10 @@ impl Hour {
         }
         // The model's sun is kept off zenith and horizon, so it is not where the real one is.
         let model_sun = SunPosition { altitude: std::f64::consts::FRAC_PI_2 - self.zenith_angle, azimuth: self.sun.azimuth };
-        let horizontal = patches.relative_luminance(&self.distribution, model_sun.direction(), sky);
+        let horizontal = match &self.cie {
+            Some(moment) => patches.luminance_of(moment, sky),
+            None => patches.relative_luminance(&self.distribution, model_sun.direction(), sky),
+        };
         if horizontal <= 1e-6 {
             sky.fill((self.diffuse / PI) as f32);
         } else {

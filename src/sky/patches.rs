@@ -1,5 +1,6 @@
 //! The sky's patches as gendaymtx sees them: centres, solid angles, and which lie near the sun.
 
+use super::cie::CieMoment;
 use super::perez::Distribution;
 use crate::bins::ReinhartSky;
 use glam::DVec3;
@@ -38,6 +39,11 @@ impl Patches {
         Self { centres, solid_angles: (0..sky.len()).map(|i| rounded(sky.solid_angle(i))).collect(), rows }
     }
 
+    /// Direction towards the middle of a bin.
+    pub(super) fn centre(&self, bin: usize) -> DVec3 {
+        self.centres[bin]
+    }
+
     /// Number of bins, the ground included.
     pub(super) fn len(&self) -> usize {
         self.centres.len()
@@ -57,6 +63,17 @@ impl Patches {
                 row_sum += f64::from(*l);
             }
             horizontal += row_sum * sin_altitude * self.solid_angles[first];
+        }
+        horizontal
+    }
+
+    /// The same of a CIE sky.
+    pub(super) fn luminance_of(&self, moment: &CieMoment, sky: &mut [f32]) -> f64 {
+        let mut horizontal = 0.0;
+        for (patch, l) in sky.iter_mut().enumerate() {
+            let centre = self.centres[patch + 1];
+            *l = moment.radiance(centre).max(0.0) as f32;
+            horizontal += f64::from(*l) * centre.z * self.solid_angles[patch + 1];
         }
         horizontal
     }

@@ -51,6 +51,30 @@ pub struct Record {
     pub line: usize,
 }
 
+/// A CIE sky's kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CieSky {
+    /// Clear sky, with or without its sun.
+    Clear,
+    /// Between clear and overcast.
+    Intermediate,
+    /// Overcast: the zenith is three times as bright as the horizon, wherever the sun stands.
+    Overcast,
+    /// The same luminance everywhere.
+    Uniform,
+}
+
+impl CieSky {
+    /// All kinds and their words.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("clear", Self::Clear), ("intermediate", Self::Intermediate), ("overcast", Self::Overcast), ("uniform", Self::Uniform)];
+
+    /// Whether its formula knows where the sun stands.
+    pub fn shows_sun(self) -> bool {
+        matches!(self, Self::Clear | Self::Intermediate)
+    }
+}
+
 /// A site and its weather.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weather {
@@ -68,6 +92,8 @@ pub struct Weather {
     pub quantity: Quantity,
     /// The time steps in the order of the file.
     pub records: Vec<Record>,
+    /// The sky of each record where it is one of the CIE's; empty for Perez' sky of the weather.
+    pub skies: Vec<CieSky>,
 }
 
 impl Weather {

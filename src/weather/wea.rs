@@ -67,6 +67,7 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
         elevation: get("site_elevation").unwrap_or(0.0),
         quantity,
         records: Vec::new(),
+        skies: Vec::new(),
     };
     check_site(&weather, warnings);
     let mut calendar = Calendar::default();

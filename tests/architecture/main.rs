@@ -32,10 +32,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("bsdf", &["bins", "matrix", "text", "files", "progress"]),
     ("weather", &["text", "files"]),
     ("sky", &["bins", "weather", "matrix", "files", "progress"]),
-    ("scene", &["bins", "bsdf", "text", "files", "progress"]),
     ("bvh", &["progress"]),
     ("camera", &["bins", "text", "files"]),
     ("image", &["camera", "files", "matrix", "progress"]),
+    ("scene", &["bins", "bsdf", "image", "text", "files", "progress"]),
     // Definitions of metrics in f64.
     ("glare", &["bins", "camera", "image", "matrix", "progress"]),
     // Device code with its host half: reads no files.

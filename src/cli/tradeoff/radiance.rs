@@ -162,6 +162,7 @@ fn scene_text(scene: &Scene) -> Option<String> {
             }
             MaterialKind::Mirror { color } => format!("mirror m{i} 0 0 3 {}", rgb(color)),
             MaterialKind::Light { .. } | MaterialKind::Glow { .. } => format!("plastic m{i} 0 0 5 0 0 0 0 0"),
+            MaterialKind::Lobes(_) => return None,
             MaterialKind::Void => continue,
         };
         let _ = writeln!(text, "void {line}");

@@ -32,19 +32,6 @@ fn write_material(text: &mut String, name: &str, kind: &MaterialKind) {
     let one_sided = matches!(kind, MaterialKind::Mirror { .. });
     let [mut rd, mut rs, mut td, mut ts, mut roughness] = [0.0; 5];
     match *kind {
-        MaterialKind::Plastic { color, specularity, roughness: r } => {
-            (rd, rs, roughness) = (grey(color) * (1.0 - specularity), specularity, r);
-        }
-        MaterialKind::Metal { color, specularity, roughness: r } => {
-            (rd, rs, roughness) = (grey(color) * (1.0 - specularity), grey(color) * specularity, r);
-        }
-        MaterialKind::Trans { color, specularity, roughness: r, transmissivity, transmitted_specularity } => {
-            let passed = transmissivity * (1.0 - specularity);
-            rd = grey(color) * (1.0 - specularity - passed);
-            td = grey(color) * passed * (1.0 - transmitted_specularity);
-            ts = grey(color) * passed * transmitted_specularity;
-            (rs, roughness) = (specularity, r);
-        }
         MaterialKind::Glass { transmissivity, refraction_index } => {
             // At normal incidence, internal reflections included.
             let (t, r) = (grey(transmissivity), ((refraction_index - 1.0) / (refraction_index + 1.0)).powi(2));
@@ -52,7 +39,12 @@ fn write_material(text: &mut String, name: &str, kind: &MaterialKind) {
             rs = r * (1.0 + (1.0 - 2.0 * r) * t * t) / (1.0 - (r * t).powi(2));
         }
         MaterialKind::Mirror { color } => rs = grey(color),
-        MaterialKind::Light { .. } | MaterialKind::Glow { .. } | MaterialKind::Void => {}
+        _ => {
+            if let Some(l) = kind.lobes() {
+                (rd, rs, td, ts) = (grey(l.diffuse), grey(l.specular), grey(l.diffuse_transmitted), grey(l.specular_transmitted));
+                roughness = l.roughness;
+            }
+        }
     }
     let _ = writeln!(text, "m {name} =\n\tsides {}", if one_sided { 1 } else { 2 });
     for (word, share) in [("rd", rd), ("td", td)] {

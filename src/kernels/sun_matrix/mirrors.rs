@@ -41,11 +41,13 @@ pub(crate) struct Mirrors {
 pub(crate) fn is_mirror(material: &Material) -> bool {
     match material.kind {
         MaterialKind::Mirror { color } => color.iter().any(|c| *c > LITTLE),
-        MaterialKind::Plastic { specularity, roughness, .. } => specularity > LITTLE && roughness * roughness <= SMOOTH_ROUGHNESS2,
-        MaterialKind::Metal { color, specularity, roughness } => {
-            roughness * roughness <= SMOOTH_ROUGHNESS2 && color.iter().any(|c| c * specularity > LITTLE)
-        }
-        _ => false,
+        // What lets light through directly is none.
+        kind => kind.lobes().is_some_and(|l| {
+            l.roughness * l.roughness <= SMOOTH_ROUGHNESS2
+                && l.specular_transmitted == [0.0; 3]
+                && l.specular.iter().any(|s| *s > LITTLE)
+                && !matches!(kind, MaterialKind::Trans { .. })
+        }),
     }
 }
 

@@ -26,6 +26,10 @@ pub fn transmittance(scene: &Scene, origin: DVec3, direction: DVec3) -> [f64; 3]
                 let fresnel = if specularity >= FRESNEL_THRESHOLD { smooth_fresnel(cosine) } else { 0.0 };
                 color.map(|c| c * transmissivity * (1.0 - specularity) * transmitted_specularity * (1.0 - fresnel))
             }
+            MaterialKind::Lobes(l) if l.roughness == 0.0 => {
+                let fresnel = if l.specular.iter().any(|s| *s >= FRESNEL_THRESHOLD) { smooth_fresnel(cosine) } else { 0.0 };
+                l.specular_transmitted.map(|c| c * (1.0 - fresnel))
+            }
             MaterialKind::Void => [1.0; 3],
             _ => [0.0; 3],
         };

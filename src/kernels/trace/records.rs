@@ -2,7 +2,8 @@
 
 use crate::gpu::{Declared, Shader};
 use crate::gpu_struct;
-use crate::scene::MaterialKind;
+pub(crate) use crate::scene::pane::smooth_fresnel;
+use crate::scene::{MaterialKind, pane};
 
 gpu_struct! {
     /// Optical properties of a surface (`shared/material.wgsl`).
@@ -95,23 +96,16 @@ crate::gpu_constants! {
         pub(crate) const MATERIAL_GLASS: u32 = 2;
         pub(crate) const MATERIAL_MIRROR: u32 = 3;
         /// Squared roughness up to which surfaces are smooth.
-        pub(crate) const SMOOTH_ROUGHNESS2: f64 = 1e-6;
-        /// Specular fraction from which Radiance applies its Fresnel approximation to smooth surfaces
-        /// (FRESTHRESH).
-        pub(crate) const FRESNEL_THRESHOLD: f64 = 0.018;
-        /// See [`smooth_fresnel`].
-        const FRESNEL_DECAY: f64 = 5.85;
+        pub(crate) const SMOOTH_ROUGHNESS2: f64 = pane::SMOOTH_ROUGHNESS2;
+        /// See [`pane::FRESNEL_THRESHOLD`].
+        pub(crate) const FRESNEL_THRESHOLD: f64 = pane::FRESNEL_THRESHOLD;
+        /// See [`pane::smooth_fresnel`].
+        const FRESNEL_DECAY: f64 = pane::FRESNEL_DECAY;
         /// exp(−`FRESNEL_DECAY`).
         const FRESNEL_GRAZING: f64 = 0.002_879_899_16;
         /// Ends paths that wander between mirrors.
         const MOST_PATH_SEGMENTS: u32 = 256;
     }
-}
-
-/// Radiance's approximation to Fresnel's law for smooth surfaces: what they add to their specular
-/// reflection at this cosine of incidence, as a share of the rest. 0 at normal incidence.
-pub(crate) fn smooth_fresnel(cosine: f64) -> f64 {
-    (-FRESNEL_DECAY * cosine).exp() - (-FRESNEL_DECAY).exp()
 }
 
 const STRUCTS: &[Declared] = &[Material::DECLARED, Window::DECLARED, Ring::DECLARED, Counters::DECLARED];
@@ -150,36 +144,23 @@ pub(super) fn pane_kind(material: &Material) -> f32 {
 }
 
 pub(super) fn material_record(kind: &MaterialKind) -> Material {
-    let scaled = |c: [f64; 3], f: f64| c.map(|v| (v * f) as f32);
+    let single = |c: [f64; 3]| c.map(|v| v as f32);
     let surface = Material { kind: MATERIAL_SURFACE, ..bytemuck::Zeroable::zeroed() };
+    if let Some(lobes) = kind.lobes() {
+        return Material {
+            diffuse: single(lobes.diffuse),
+            specular: single(lobes.specular),
+            roughness: lobes.roughness as f32,
+            diffuse_transmitted: single(lobes.diffuse_transmitted),
+            specular_transmitted: single(lobes.specular_transmitted),
+            ..surface
+        };
+    }
     match *kind {
-        MaterialKind::Plastic { color, specularity, roughness } => Material {
-            diffuse: scaled(color, 1.0 - specularity),
-            specular: [specularity as f32; 3],
-            roughness: roughness as f32,
-            ..surface
-        },
-        MaterialKind::Metal { color, specularity, roughness } => Material {
-            diffuse: scaled(color, 1.0 - specularity),
-            specular: scaled(color, specularity),
-            roughness: roughness as f32,
-            ..surface
-        },
-        MaterialKind::Trans { color, specularity, roughness, transmissivity, transmitted_specularity } => {
-            let transmitted = transmissivity * (1.0 - specularity);
-            Material {
-                diffuse: scaled(color, 1.0 - specularity - transmitted),
-                specular: [specularity as f32; 3],
-                roughness: roughness as f32,
-                diffuse_transmitted: scaled(color, transmitted * (1.0 - transmitted_specularity)),
-                specular_transmitted: scaled(color, transmitted * transmitted_specularity),
-                ..surface
-            }
-        }
         MaterialKind::Glass { transmissivity, refraction_index } => {
-            Material { kind: MATERIAL_GLASS, specular: scaled(transmissivity, 1.0), roughness: refraction_index as f32, ..surface }
+            Material { kind: MATERIAL_GLASS, specular: single(transmissivity), roughness: refraction_index as f32, ..surface }
         }
-        MaterialKind::Mirror { color } => Material { kind: MATERIAL_MIRROR, specular: scaled(color, 1.0), ..surface },
-        MaterialKind::Light { .. } | MaterialKind::Glow { .. } | MaterialKind::Void => absorber(0),
+        MaterialKind::Mirror { color } => Material { kind: MATERIAL_MIRROR, specular: single(color), ..surface },
+        _ => absorber(0),
     }
 }

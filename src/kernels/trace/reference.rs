@@ -119,6 +119,7 @@ pub(crate) fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, r
                 roughness,
             )
         }
+        MaterialKind::Lobes(l) => (l.diffuse, l.diffuse_transmitted, l.specular, l.specular_transmitted, l.roughness),
         MaterialKind::Mirror { color } => {
             return front.then_some(Scattered { direction: mirrored, weight: color, diffuse: false });
         }

@@ -4,7 +4,7 @@ use crate::kernels::trace::comparison::assert_agrees;
 use crate::kernels::trace::rooms::{Builder, asymmetric, sensor, window};
 use crate::kernels::view_matrix::reference::view_row;
 use crate::progress::Silent;
-use crate::scene::MaterialKind;
+use crate::scene::{Lobes, MaterialKind};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -92,6 +92,14 @@ fn mirrors_glass_and_translucent_walls_agree_with_the_reference() {
     );
     b.quad([[0.2, 1.0, 0.3], [2.5, 1.0, 0.3], [2.5, 1.0, 2.7], [0.2, 1.0, 2.7]], glass);
     b.quad([[0.5, 3.0, 0.0], [2.5, 3.0, 0.0], [2.5, 3.0, 2.0], [0.5, 3.0, 2.0]], trans);
+    let screen = b.material(MaterialKind::Lobes(Lobes {
+        diffuse: [0.3, 0.2, 0.1],
+        diffuse_transmitted: [0.1, 0.2, 0.1],
+        specular: [0.1, 0.05, 0.1],
+        specular_transmitted: [0.3, 0.4, 0.5],
+        roughness: 0.0,
+    }));
+    b.quad([[2.7, 1.5, 0.2], [2.7, 3.5, 0.2], [2.7, 3.5, 1.8], [2.7, 1.5, 1.8]], screen);
     let scene = b.scene;
     let sensors =
         [sensor([1.0, 2.0, 0.8], [0.0, 0.0, 1.0]), sensor([1.5, 4.0, 1.0], [0.0, -1.0, 0.3]), sensor([2.5, 1.4, 1.0], [1.0, 0.0, 0.2])];

@@ -373,11 +373,11 @@ fn extras_give_exact_materials() {
         }
     );
     assert_eq!(kind("void").0.unwrap().scene.materials[0].kind, MaterialKind::Void);
-    let (_, warnings) = kind("void brightfunc b 2 x y.cal 0 0\nb plastic p 0 0 5 1.5 .5 .5 0 0");
-    assert!(warnings.contains("this brightfunc is ignored") && warnings.contains("more than 1"), "{warnings}");
+    let (_, warnings) = kind("void texfunc b 4 x y z y.cal 0 0\nb plastic p 0 0 5 1.5 .5 .5 0 0");
+    assert!(warnings.contains("this texfunc is ignored") && warnings.contains("more than 1"), "{warnings}");
     for (text, message) in [
         ("void plastic p 0 0 4 1 1 1 1", "5 are needed"),
-        ("void dielectric d 0 0 5 1 1 1 1.5 0", "not supported"),
+        ("void prism1 d 5 1 0 0 1 . 0 0", "not supported"),
         ("!genbox a b 1 1 1", "this is no material"),
         ("", "this is no material"),
         ("void sphere s 0 0 4 0 0 0 1", "this is no material"),
@@ -509,6 +509,7 @@ fn written_scenes_are_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let text = "void plastic red 0 0 5 .501 .2 .1 .04 .1\nvoid metal m 0 0 5 .5 .2 .1 .9 .1\nvoid trans t 0 0 7 .5 .4 .3 .06 .05 .7 .8\n\
         void glass g 0 0 3 .9 .8 .7\nvoid mirror r 0 0 3 .9 .8 .7\nvoid light l 0 0 3 9 8 7\nvoid glow w 0 0 4 9 8 7 2\n\
+        void plastic a 0 0 5 .501 .2 .1 0 0\nvoid mixfunc x 4 a void .7 . 0 0\nx polygon p 0 0 9 0 0 .4 1 0 .4 1 1 .4\n\
         !genbox red b 1 2 3\n!genbox m b 1 2 3 -i | xform -t 1.1 2.2 3.3\nt sphere s 0 0 4 1 2 3 .5\ng ring r 0 0 8 1 2 3 0 1 1 0 .5\n\
         r cone c 0 0 8 0 0 0 0 0 1 .2 .3\nl polygon p 0 0 9 0 0 .1 1 0 .1 1 1 .1\nw polygon p 0 0 9 0 0 .2 1 0 .2 1 1 .2\nvoid polygon p 0 0 9 0 0 .3 1 0 .3 1 1 .3\n";
     std::fs::write(folder.path().join("main.rad"), text).unwrap();

@@ -4,7 +4,7 @@ use super::SensorGrid;
 use crate::bins::{AngleBasis, KlemsBasis};
 use crate::error::{Error, Result};
 use crate::files::write_atomically;
-use crate::scene::{MaterialKind, Scene, Window};
+use crate::scene::{Lobes, MaterialKind, Scene, Window};
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -169,6 +169,10 @@ fn preview(kind: &MaterialKind) -> ([f64; 3], f64) {
         MaterialKind::Plastic { color, .. } | MaterialKind::Metal { color, .. } | MaterialKind::Mirror { color } => (color, 1.0),
         MaterialKind::Trans { color, transmissivity, .. } => (color, 1.0 - transmissivity / 2.0),
         MaterialKind::Glass { transmissivity, .. } => (transmissivity, 0.3),
+        MaterialKind::Lobes(l) => {
+            let through = l.specular_transmitted.into_iter().fold(0.0, f64::max);
+            (std::array::from_fn(|c| l.diffuse[c] + l.diffuse_transmitted[c] + l.specular[c]), 1.0 - through)
+        }
         MaterialKind::Light { .. } | MaterialKind::Glow { .. } => ([1.0; 3], 1.0),
         MaterialKind::Void => ([1.0; 3], 0.0),
     }
@@ -189,9 +193,21 @@ fn radiance_text(name: &str, kind: &MaterialKind) -> String {
         MaterialKind::Mirror { color } => ("mirror", color.to_vec()),
         MaterialKind::Light { radiance } => ("light", radiance.to_vec()),
         MaterialKind::Glow { radiance: [r, g, b], max_radius } => ("glow", vec![r, g, b, max_radius]),
+        MaterialKind::Lobes(l) => return lobes_text(&name, &l),
         MaterialKind::Void => return "void".to_string(),
     };
     format!("void {word} {name} 0 0 {}{}", values.len(), numbers(&values))
+}
+
+/// As a `WGMDfunc` of constants, whose specular colours are patterns of their own.
+fn lobes_text(name: &str, lobes: &Lobes) -> String {
+    let numbers = |values: &[f64]| values.iter().map(|v| format!(" {v}")).collect::<String>();
+    let pattern = |part: &str, [r, g, b]: [f64; 3]| format!("void colorfunc {name}-{part} 4 {r} {g} {b} . 0 0\n");
+    let (reflected, transmitted) = (pattern("reflected", lobes.specular), pattern("transmitted", lobes.specular_transmitted));
+    let (diffuse, through, roughness) = (numbers(&lobes.diffuse), numbers(&lobes.diffuse_transmitted), lobes.roughness);
+    let specular = |part: &str| format!("{name}-{part} 1 {roughness} {roughness}");
+    let strings = format!("{} {} void 0 0 1 .", specular("reflected"), specular("transmitted"));
+    format!("{reflected}{transmitted}void WGMDfunc {name} 13 {strings} 0 9{diffuse}{diffuse}{through}")
 }
 
 fn basis_parameter(basis: &AngleBasis) -> Option<&'static str> {

@@ -1,6 +1,9 @@
 //! `!command` lines: cut into words as a shell would, then interpreted here. Nothing is executed.
 
 use super::generators::Generator;
+use super::sweeps;
+use super::syntax::Object;
+use super::types::ObjectType;
 use super::xform::Xform;
 use crate::error::{Error, Result};
 use crate::limits;
@@ -19,14 +22,16 @@ pub(super) struct Pipeline {
 pub(super) enum Source {
     /// `xform … files`.
     Files(Xform),
-    /// `genbox` or `genblinds`.
+    /// `genbox`, `genblinds` or another generator of surfaces.
     Generator(Generator),
+    /// `gensky` or `gendaylit`: what its output defines, without its light.
+    Sky(Vec<Object>),
 }
 
 /// Understands a command line.
 ///
 /// # Errors
-/// Any command but `xform`, `genbox` and `genblinds`, any use of the shell beyond words, quotes and
+/// Any command that is not known here, any use of the shell beyond words, quotes and
 /// pipes, and more pipes than [`limits::PIPED_COMMANDS`].
 pub(super) fn parse(text: &str) -> Result<Pipeline> {
     let stages = split(text)?;
@@ -37,15 +42,20 @@ pub(super) fn parse(text: &str) -> Result<Pipeline> {
     let mut stages = stages.into_iter();
     let head = stages.next().unwrap_or_default();
     let source = match head.first().map(String::as_str) {
-        Some("xform") => {
+        Some(word @ ("xform" | "cat")) => {
             let xform = Xform::parse(&head[1..])?;
             if xform.files.is_empty() {
-                return Err(Error::new("this xform has no input file").help("name the file to place after the transformations"));
+                return Err(Error::new(format!("this {word} has no input file")).help("name the file to place after the transformations"));
             }
             Source::Files(xform)
         }
         Some("genbox") => Source::Generator(Generator::genbox(&head[1..])?),
         Some("genblinds") => Source::Generator(Generator::genblinds(&head[1..])?),
+        Some("genprism") => Source::Generator(sweeps::genprism(&head[1..])?),
+        Some("gensurf") => Source::Generator(sweeps::gensurf(&head[1..])?),
+        Some("genrev") => Source::Generator(sweeps::genrev(&head[1..])?),
+        Some("genworm") => Source::Generator(sweeps::genworm(&head[1..])?),
+        Some("gensky" | "gendaylit") => return Ok(Pipeline { source: Source::Sky(sky()), filters: Vec::new() }),
         other => return Err(refused(other.unwrap_or_default())),
     };
     let mut filters = Vec::new();
@@ -65,12 +75,25 @@ pub(super) fn parse(text: &str) -> Result<Pipeline> {
     Ok(Pipeline { source, filters })
 }
 
+/// The names that the output of `gensky` and `gendaylit` defines.
+fn sky() -> Vec<Object> {
+    let modifier = |kind: &str, name: &str, strings: &[&str], reals: &[f64]| Object {
+        modifier: super::modifiers::VOID.to_string(),
+        kind: ObjectType::from_word(kind).unwrap_or(ObjectType::Texture("brightfunc")),
+        name: name.to_string(),
+        strings: strings.iter().map(ToString::to_string).collect(),
+        reals: reals.to_vec(),
+        line: 0,
+    };
+    vec![modifier("light", "solar", &[], &[0.0; 3]), modifier("brightfunc", "skyfunc", &["skybright", "skybright.cal"], &[])]
+}
+
 fn refused(command: &str) -> Error {
     if command.is_empty() {
         return Error::new("an empty command").help("write `!xform …`, `!genbox …` or `!genblinds …`");
     }
     Error::new(format!("the command '{}' is not run: nothing from a scene file is ever executed", super::syntax::shortened(command)))
-        .help("run the command once yourself, save its output as a .rad file and name that file here, for instance `!xform that.rad`; only xform, genbox and genblinds are understood")
+        .help("run the command once yourself, save its output as a .rad file and name that file here, for instance `!xform that.rad`; only xform, cat, genbox, genblinds, genprism, gensurf, genrev and genworm are understood")
 }
 
 /// Words of each pipeline stage.

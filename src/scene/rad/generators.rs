@@ -222,15 +222,15 @@ fn quarter(u: DVec3, v: DVec3, i: usize, n: usize) -> DVec3 {
     }
 }
 
-struct Faces {
-    material: String,
-    name: String,
-    inward: bool,
-    objects: Vec<Object>,
+pub(super) struct Faces {
+    pub material: String,
+    pub name: String,
+    pub inward: bool,
+    pub objects: Vec<Object>,
 }
 
 impl Faces {
-    fn object(&mut self, suffix: &str, surface: Surface, reals: Vec<f64>) {
+    pub(super) fn object(&mut self, suffix: &str, surface: Surface, reals: Vec<f64>) {
         self.objects.push(Object {
             modifier: self.material.clone(),
             kind: ObjectType::Surface(surface),
@@ -241,7 +241,7 @@ impl Faces {
         });
     }
 
-    fn polygon(&mut self, suffix: &str, corners: &[DVec3]) {
+    pub(super) fn polygon(&mut self, suffix: &str, corners: &[DVec3]) {
         self.object(suffix, Surface::Polygon, corners.iter().flat_map(|c| c.to_array()).collect());
     }
 
@@ -257,20 +257,20 @@ impl Faces {
     }
 }
 
-struct Numbers<'a> {
-    command: &'static str,
-    usage: &'static str,
-    words: &'a [String],
-    position: usize,
+pub(super) struct Numbers<'a> {
+    pub command: &'static str,
+    pub usage: &'static str,
+    pub words: &'a [String],
+    pub position: usize,
 }
 
 impl<'a> Numbers<'a> {
-    fn word(&mut self) -> Option<&'a str> {
+    pub(super) fn word(&mut self) -> Option<&'a str> {
         self.position += 1;
         self.words.get(self.position - 1).map(String::as_str)
     }
 
-    fn next(&mut self, what: &str) -> Result<f64> {
+    pub(super) fn next(&mut self, what: &str) -> Result<f64> {
         let word = self.word().ok_or_else(|| self.error(format!("{} lacks {what}", self.command)))?;
         word.parse()
             .ok()
@@ -278,7 +278,7 @@ impl<'a> Numbers<'a> {
             .ok_or_else(|| self.error(format!("{what} of {} is '{}', not a number", self.command, super::syntax::shortened(word))))
     }
 
-    fn error(&self, message: String) -> Error {
+    pub(super) fn error(&self, message: String) -> Error {
         Error::new(message).help(format!("usage: {}", self.usage))
     }
 }

@@ -2,26 +2,43 @@
 //!
 //! ```text
 //! files ── syntax ──▶ statements ── reader ──▶ objects + placement ──▶ Sink: scene or windows
-//!                        ▲    │ `!xform file`, `!genbox`, `!genblinds`, pipes
-//!                        └────┘ command, xform, generators (nothing is executed)
+//!                        ▲    │ `!xform file`, `!genbox`, `!gensurf`, pipes
+//!                        └────┘ command, xform, generators, sweeps (nothing is executed)
 //! ```
 //!
 //! | type | read as |
 //! |---|---|
 //! | polygon, ring, sphere, bubble, cylinder, tube, cone, cup | triangles |
-//! | source | [`DistantSource`] |
-//! | plastic, metal, trans, glass, mirror, light, glow, void, alias | [`MaterialKind`] |
-//! | patterns and textures (colorpict, brightfunc, texfunc, …) | left out with a warning |
+//! | source | [`DistantSource`]; the scene's own sky is left out with a warning, as are `!gensky` and `!gendaylit` |
+//! | plastic, metal, trans, glass, mirror, light, glow, spotlight, void, alias | [`MaterialKind`] |
+//! | plastic2, metal2, trans2, ashik2 | the same with a round highlight, with a warning |
+//! | illum | its alternate material; without one, nothing |
+//! | mixfunc of a constant share, `perforate.cal` | the mean material, or an error |
+//! | BRTDfunc, WGMDfunc of constants; `window.cal`, `glaze1.cal`, `glaze2.cal` | [`Lobes`](super::Lobes) of normal incidence |
+//! | dielectric, interface | faces that reflect by Fresnel and let the rest pass undeflected, with a warning |
+//! | spectrum, specfile | RGB as the CIE 1931 observer sees them under light of equal energy |
+//! | brightfunc, colorfunc of constants; colorpict | their value; the picture's mean, with a warning |
+//! | other patterns | an error where a surface uses them |
+//! | texfunc, texdata | left out with a warning |
 //! | `BSDF` with a thickness, in a shade | `ProxiedPane` |
-//! | any other material, mixture, instance, mesh | an error where a surface uses it |
+//! | antimatter, instance, mesh, any other material or mixture | an error where a surface uses it |
+//!
+//! Of commands `xform`, `cat`, `genbox`, `genblinds`, `genprism`, `gensurf`, `genrev` and `genworm` are
+//! interpreted.
 
 mod command;
+mod expression;
 mod generators;
+mod glazing;
+mod materials;
+mod mixtures;
 mod modifiers;
+mod patterns;
 mod polygons;
 mod proxies;
 mod reader;
 mod surfaces;
+mod sweeps;
 mod syntax;
 mod types;
 mod windows;
@@ -50,7 +67,7 @@ use xform::Placement;
 /// # Errors
 /// As [`read_scene`]; a `BSDF` without thickness, which scatters the sun itself.
 pub(crate) fn read_shade(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<(Scene, Vec<ProxiedPane>)> {
-    let mut sink = SceneSink { proxies: Some(Vec::new()), ..SceneSink::default() };
+    let mut sink = SceneSink { proxies: Some(Vec::new()), ..SceneSink::new(base) };
     let mut reader = Reader::new(base);
     for file in files {
         reader.read(file, &mut sink, warnings)?;
@@ -64,8 +81,8 @@ pub(crate) fn read_shade(files: &[PathBuf], base: &Path, warnings: &mut Warnings
 /// file was itself placed by `xform`, as in Radiance). Lengths keep the files' unit.
 ///
 /// # Errors
-/// Anything wrong in the files, with file, line and object; commands other than `xform`, `genbox`
-/// and `genblinds`; materials this program does not know, where a surface uses them.
+/// Anything wrong in the files, with file, line and object; commands that are not known here;
+/// materials this program does not know, where a surface uses them.
 pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<Scene> {
     read_scene_and_definitions(files, base, warnings).map(|(scene, _)| scene)
 }
@@ -75,7 +92,7 @@ pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Re
 /// # Errors
 /// As [`read_scene`].
 pub(super) fn read_scene_and_definitions(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<(Scene, Definitions)> {
-    let mut sink = SceneSink::default();
+    let mut sink = SceneSink::new(base);
     let mut reader = Reader::new(base);
     for file in files {
         reader.read(file, &mut sink, warnings)?;
@@ -107,7 +124,7 @@ pub(super) fn material(text: &str, file: &Path, warnings: &mut Warnings) -> Resu
         return Ok(MaterialKind::Void);
     }
     let file: Rc<Path> = file.into();
-    let mut known = Modifiers::default();
+    let mut known = Modifiers::new(Path::new(""));
     let mut last = None;
     for statement in syntax::parse(text.as_bytes(), &file)? {
         match statement {
@@ -126,12 +143,19 @@ pub(super) fn material(text: &str, file: &Path, warnings: &mut Warnings) -> Resu
     definition.map_or(Ok(MaterialKind::Void), |d| known.kind(&d, warnings))
 }
 
-#[derive(Default)]
 struct SceneSink {
     scene: Scene,
     modifiers: Modifiers,
     /// Where panes that stand for geometry go, if they are known here.
     proxies: Option<Vec<ProxiedPane>>,
+    /// Whether it was said that the scene's sky is left out.
+    sky_told: bool,
+}
+
+impl SceneSink {
+    fn new(base: &Path) -> Self {
+        Self { scene: Scene::default(), modifiers: Modifiers::new(base), proxies: None, sky_told: false }
+    }
 }
 
 impl Sink for SceneSink {
@@ -153,6 +177,10 @@ impl Sink for SceneSink {
         match surfaces::geometry(surface, object, placement, file, warnings)? {
             Geometry::Distant(direction, angle) => {
                 let kind = match &modifier {
+                    Some(definition) if self.modifiers.is_patterned(definition, warnings).map_err(at)? => {
+                        self.sky(file, object.line, warnings);
+                        return Ok(());
+                    }
                     Some(definition) => self.modifiers.kind(definition, warnings).map_err(at)?,
                     None => MaterialKind::Void,
                 };
@@ -179,6 +207,10 @@ impl Sink for SceneSink {
                     proxies.push(ProxiedPane::new(&bsdf, triangles, placement, origin).map_err(at)?);
                     return Ok(());
                 }
+                if let Some(word) = modifier.as_ref().map(|d| d.object().kind.word()).filter(|w| *w == "antimatter") {
+                    return Err(at(Error::new(format!("it is made of `{word}` ('{modifier_name}'), which takes other surfaces away"))
+                        .help("cut the opening into the polygons that it takes away from (write the hole as a seam), and leave this surface out")));
+                }
                 let material = self.modifiers.material(modifier.as_ref(), &mut self.scene.materials, warnings).map_err(at)?;
                 if self.scene.triangles.len() + triangles.len() > limits::TRIANGLES {
                     return Err(at(limits::exceeded("the scene has", limits::TRIANGLES, "triangles")
@@ -199,10 +231,20 @@ impl Sink for SceneSink {
     fn parameters(&mut self, _: &str, _: &Rc<Path>, _: usize) -> Result<()> {
         Ok(())
     }
+
+    fn sky(&mut self, file: &Path, line: usize, warnings: &mut Warnings) {
+        if !std::mem::replace(&mut self.sky_told, true) {
+            let told = Error::new("the scene's own sky is left out: the sky comes from the weather");
+            warnings.push(told.file(file).line(line).help("leave sky files out of the scene"));
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod material_tests;
 
 #[cfg(test)]
 mod oracle;

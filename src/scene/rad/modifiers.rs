@@ -5,11 +5,13 @@
 use super::proxies::ThickBsdf;
 use super::syntax::Object;
 use super::types::{MaterialType, ObjectType};
+use super::{materials, mixtures, patterns};
 use crate::error::{Error, Result, Warnings};
+use crate::limits;
 use crate::scene::{Material, MaterialIndex, MaterialKind};
 use std::cell::Cell;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// Name of the absent modifier.
@@ -27,10 +29,34 @@ pub(super) struct Definition {
     /// Scale of lengths by the `xform`s around it.
     scale: f64,
     modifier: Option<Rc<Definition>>,
+    /// Other definitions that its arguments name, as they stood; `None` for what was not defined.
+    named: Vec<(String, Option<Rc<Definition>>)>,
+    /// Definitions that stand behind each other.
+    depth: usize,
     material: Cell<Option<MaterialIndex>>,
+    meaning: Cell<Option<Meaning>>,
 }
 
 impl Definition {
+    fn at(&self, error: Error) -> Error {
+        self.object.at(error, &self.file)
+    }
+
+    /// Its arguments.
+    pub(super) fn object(&self) -> &Object {
+        &self.object
+    }
+
+    /// The file that holds it.
+    pub(super) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Scale of lengths by the `xform`s around it.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// The string arguments, if this is scattering data.
     pub(super) fn scattering_data(&self) -> Option<&[String]> {
         ["BSDF", "aBSDF"].contains(&self.object.kind.word()).then_some(self.object.strings.as_slice())
@@ -53,9 +79,16 @@ impl Definition {
 pub(super) struct Modifiers {
     latest: HashMap<String, Rc<Definition>>,
     void: Option<MaterialIndex>,
+    /// Folder of files that patterns name.
+    base: PathBuf,
 }
 
 impl Modifiers {
+    /// No definitions yet; patterns find their files in `base`, too.
+    pub(super) fn new(base: &Path) -> Self {
+        Self { base: base.to_path_buf(), ..Self::default() }
+    }
+
     /// The latest definition of a name; `None` for `void`.
     ///
     /// # Errors
@@ -64,10 +97,7 @@ impl Modifiers {
         if name == VOID {
             return Ok(None);
         }
-        self.latest.get(name).cloned().map(Some).ok_or_else(|| {
-            Error::new(format!("the modifier '{name}' is not defined before this line"))
-                .help("give the file with the materials first, or correct the name")
-        })
+        self.latest.get(name).cloned().map(Some).ok_or_else(|| undefined(name))
     }
 
     /// Adds a material, texture or mixture.
@@ -78,11 +108,10 @@ impl Modifiers {
         let at = |e| object.at(e, file);
         let modifier = self.find(&object.modifier).map_err(at)?;
         if let ObjectType::Material(kind) = object.kind {
-            check_counts(kind, object).map_err(at)?;
+            materials::check_counts(kind, object).map_err(at)?;
         }
         let name = object.name.clone();
-        self.insert(name, object.clone(), file, scale, modifier);
-        Ok(())
+        self.insert(name, object.clone(), file, scale, modifier).map_err(at)
     }
 
     /// Adds another name for a definition.
@@ -104,13 +133,30 @@ impl Modifiers {
         let own = if modifier == INHERIT { None } else { self.find(modifier).map_err(at)? };
         let modifier = own.or_else(|| original.modifier.clone());
         let (object, source, scale) = (original.object.clone(), Rc::clone(&original.file), original.scale);
-        self.insert(name.to_string(), object, &source, scale, modifier);
-        Ok(())
+        self.insert(name.to_string(), object, &source, scale, modifier).map_err(at)
     }
 
-    fn insert(&mut self, name: String, object: Object, file: &Rc<Path>, scale: f64, modifier: Option<Rc<Definition>>) {
-        let definition = Definition { name: name.clone(), object, file: Rc::clone(file), scale, modifier, material: Cell::new(None) };
+    fn insert(&mut self, name: String, object: Object, file: &Rc<Path>, scale: f64, modifier: Option<Rc<Definition>>) -> Result<()> {
+        let named: Vec<(String, Option<Rc<Definition>>)> =
+            object.named().filter(|n| *n != VOID).map(|n| (n.to_string(), self.latest.get(n).cloned())).collect();
+        let depth = 1 + modifier.iter().chain(named.iter().filter_map(|(_, d)| d.as_ref())).map(|d| d.depth).max().unwrap_or(0);
+        if depth > limits::NESTED_MODIFIERS {
+            return Err(limits::exceeded("modifiers stand behind each other", limits::NESTED_MODIFIERS, "deep")
+                .help("put the patterns together into fewer"));
+        }
+        let definition = Definition {
+            name: name.clone(),
+            object,
+            file: Rc::clone(file),
+            scale,
+            modifier,
+            named,
+            depth,
+            material: Cell::new(None),
+            meaning: Cell::new(None),
+        };
         self.latest.insert(name, Rc::new(definition));
+        Ok(())
     }
 
     /// The material a surface of this modifier has, added to `materials` on first use.
@@ -144,135 +190,139 @@ impl Modifiers {
     /// # Errors
     /// As [`material`](Self::material).
     pub(super) fn kind(&self, definition: &Rc<Definition>, warnings: &mut Warnings) -> Result<MaterialKind> {
-        let mut found: Option<(MaterialKind, &Definition)> = None;
-        let mut next = Some(definition);
-        while let Some(d) = next {
-            let at = |e| d.object.at(e, &d.file);
+        Ok(self.meaning(definition, warnings)?.material.unwrap_or(MaterialKind::Void))
+    }
+
+    /// Whether patterns or textures are part of a chain of modifiers.
+    ///
+    /// # Errors
+    /// As [`material`](Self::material).
+    pub(super) fn is_patterned(&self, definition: &Rc<Definition>, warnings: &mut Warnings) -> Result<bool> {
+        Ok(self.meaning(definition, warnings)?.patterned)
+    }
+
+    /// What a name comes to that `user` has as an argument.
+    fn named(&self, user: &Definition, name: &str, warnings: &mut Warnings) -> Result<Meaning> {
+        match user.named.iter().find(|(n, _)| n == name) {
+            None => Ok(Meaning::VOID),
+            Some((_, Some(other))) => self.meaning(other, warnings),
+            Some((_, None)) => Err(undefined(name)).map_err(|e| user.at(e)),
+        }
+    }
+
+    fn meaning(&self, definition: &Rc<Definition>, warnings: &mut Warnings) -> Result<Meaning> {
+        if let Some(known) = definition.meaning.get() {
+            return Ok(known);
+        }
+        let chain: Vec<&Definition> = std::iter::successors(Some(&**definition), |d| d.modifier.as_deref()).collect();
+        let material = chain.iter().position(|d| matches!(d.object.kind, ObjectType::Material(kind) if kind != MaterialType::MixFunc));
+        let emits = material.is_some_and(|i| chain[i].object.kind.emits());
+        let mut meaning = Meaning::VOID;
+        let mut owner: Option<&Definition> = None;
+        let mut patterns = false;
+        for (place, &d) in chain.iter().enumerate() {
             match d.object.kind {
-                ObjectType::Texture(word) => {
-                    warnings.push(at(Error::new(format!("this {word} is ignored: '{}' is used without it", definition.name))
-                        .help("where the variation matters, divide the surface among several materials")))
-                }
+                ObjectType::Surface(_) => {}
                 ObjectType::Unsupported(word, help) => {
-                    return Err(at(Error::new(format!("the material type `{word}` is not supported")).help(help)));
+                    return Err(d.at(Error::new(format!("the material type `{word}` is not supported")).help(help)));
+                }
+                // The light that the scene's own sources give is no daylight.
+                ObjectType::Texture(_) if emits => patterns = true,
+                ObjectType::Texture(_) => {
+                    let factor = patterns::factor(&d.object, &d.file, &self.base, warnings).map_err(|e| d.at(e))?;
+                    meaning.pattern = times(meaning.pattern, factor);
+                    patterns = true;
+                }
+                ObjectType::Material(MaterialType::MixFunc) => {
+                    let mixed = self.mixture(d, warnings)?;
+                    if let Some(kind) = mixed.material {
+                        if let Some(first) = owner {
+                            return Err(d.at(both(first, d)));
+                        }
+                        if place > 0 || d.modifier.is_some() {
+                            return Err(d
+                                .at(Error::new("a mixture of materials with a modifier, or as one of a pattern, is not known here")
+                                    .help("write `void` as its modifier, and put patterns on the materials that it mixes")));
+                        }
+                        (meaning.material, owner) = (Some(kind), Some(d));
+                    }
+                    meaning.pattern = times(meaning.pattern, mixed.pattern);
+                    patterns = true;
                 }
                 ObjectType::Material(kind) => {
-                    if let Some((_, first)) = found {
-                        return Err(at(Error::new(format!("the materials '{}' and '{}' modify each other", first.name, d.name))
-                            .help("give each surface one material; write `void` as the modifier of materials")));
+                    if let Some(first) = owner {
+                        return Err(d.at(both(first, d)));
                     }
-                    if let Some(substitute) = self.substitute(d, kind)? {
-                        return match substitute {
-                            Some(other) => self.kind(&other, warnings),
-                            None => Ok(MaterialKind::Void),
-                        };
+                    owner = Some(d);
+                    // As in Radiance the other material replaces this one and what modifies it.
+                    let alternate = match (kind, d.object.strings.first()) {
+                        (MaterialType::Mirror, Some(name)) if *name != d.name => Some(name.as_str()),
+                        (MaterialType::Illum, name) => Some(name.map_or(VOID, String::as_str)),
+                        _ => None,
+                    };
+                    if let Some(name) = alternate {
+                        let other = self.named(d, name, warnings)?;
+                        meaning.material = Some(other.material.unwrap_or(MaterialKind::Void));
+                        definition.meaning.set(Some(meaning));
+                        return Ok(meaning);
                     }
-                    found = Some((material_kind(kind, d, warnings), d));
-                    check_range(kind, &d.object).map_err(at)?;
                 }
-                ObjectType::Surface(_) => {}
             }
-            next = d.modifier.as_ref();
         }
-        Ok(found.map_or(MaterialKind::Void, |(kind, _)| kind))
-    }
-
-    /// The alternate material of a mirror: what all rays but those to light sources see.
-    fn substitute(&self, mirror: &Definition, kind: MaterialType) -> Result<Option<Option<Rc<Definition>>>> {
-        match mirror.object.strings.first() {
-            Some(name) if kind == MaterialType::Mirror && *name != mirror.name => {
-                self.find(name).map(Some).map_err(|e| mirror.object.at(e, &mirror.file))
-            }
-            _ => Ok(None),
+        if let Some(d) = material.map(|i| chain[i])
+            && let ObjectType::Material(kind) = d.object.kind
+        {
+            let named = &mut |name: &str, warnings: &mut Warnings| self.named(d, name, warnings);
+            let folded = materials::kind(kind, d, meaning.pattern, named, warnings).map_err(|e| d.at(e))?;
+            meaning = Meaning { material: Some(folded), ..Meaning::VOID };
         }
+        meaning.patterned = patterns;
+        definition.meaning.set(Some(meaning));
+        Ok(meaning)
     }
-}
 
-fn check_counts(kind: MaterialType, object: &Object) -> Result<()> {
-    let (strings, reals, meaning): (&[usize], &[usize], &str) = match kind {
-        MaterialType::Plastic | MaterialType::Metal => (&[0], &[5], "red green blue specularity roughness"),
-        MaterialType::Trans => (&[0], &[7], "red green blue specularity roughness transmissivity transmitted-specularity"),
-        MaterialType::Glass => (&[0], &[3, 4], "red green blue [refraction-index]"),
-        MaterialType::Mirror => (&[0, 1], &[3], "red green blue"),
-        MaterialType::Light => (&[0], &[3], "red green blue"),
-        MaterialType::Glow => (&[0], &[4], "red green blue maximum-radius"),
-    };
-    if !reals.contains(&object.reals.len()) {
-        return Err(Error::new(format!("{} real arguments, but {} are needed", object.reals.len(), reals[0]))
-            .help(format!("the real arguments are: {meaning}")));
-    }
-    if !strings.contains(&object.strings.len()) {
-        return Err(
-            Error::new(format!("{} string arguments, but none is expected", object.strings.len())).help("write 0 as the first count")
-        );
-    }
-    Ok(())
-}
-
-fn check_range(kind: MaterialType, object: &Object) -> Result<()> {
-    // Colours, which come first, are held at 0; the radius of a glow may be negative.
-    let end = if kind == MaterialType::Glow { COLORS } else { object.reals.len() };
-    if let Some(v) = object.reals[COLORS..end].iter().find(|v| **v < 0.0) {
-        return Err(Error::new(format!("the argument {v} is negative")).help("fractions and roughness start at 0"));
-    }
-    if kind == MaterialType::Glass && object.reals.get(3).is_some_and(|n| *n < 1.0) {
-        return Err(
-            Error::new(format!("the refraction index is {}", object.reals[3])).help("give an index of 1 or more, or leave it out for 1.52")
-        );
-    }
-    Ok(())
-}
-
-/// Real arguments that are a colour: they come first in every material.
-const COLORS: usize = 3;
-
-/// Radiance lets reflectances above 1 pass and create light; interreflection then has no limit. So
-/// they are held at 1 here, with a warning. Colours below 0, as measured spectra outside the gamut of
-/// RGB give them, are held at 0.
-fn material_kind(kind: MaterialType, definition: &Definition, warnings: &mut Warnings) -> MaterialKind {
-    let object = &definition.object;
-    let mut held = |i: usize, what: &str, most: f64| {
-        let v = object.reals[i];
-        let fault = if v > most {
-            Some((format!("{what} is {v}, more than 1; 1 is used"), "a surface cannot send back or pass on more light than it receives"))
-        } else if v < 0.0 && i < COLORS {
-            Some((format!("{what} is {v}, less than 0; 0 is used"), "no surface takes more light away than it receives"))
-        } else {
-            None
+    /// A `mixfunc` of a constant share.
+    fn mixture(&self, d: &Definition, warnings: &mut Warnings) -> Result<Meaning> {
+        let [first, second, formula, function_file, ..] = d.object.strings.as_slice() else {
+            return Err(d.at(Error::new(format!("{} string arguments do not make a mixfunc", d.object.strings.len()))
+                .help("it needs: foreground background formula functions")));
         };
-        if let Some((message, help)) = fault {
-            warnings.push(object.at(Error::new(message).help(help), &definition.file));
+        let share = mixtures::share(&d.object, formula, function_file, &mut |e| warnings.push(d.at(e))).map_err(|e| d.at(e))?;
+        let [first, second] = [self.named(d, first, warnings)?, self.named(d, second, warnings)?];
+        if first.material.is_none() && second.material.is_none() {
+            let pattern = std::array::from_fn(|c| share * first.pattern[c] + (1.0 - share) * second.pattern[c]);
+            return Ok(Meaning { pattern, ..Meaning::VOID });
         }
-        if i < COLORS { v.clamp(0.0, most) } else { v.min(most) }
-    };
-    let r = &object.reals;
-    let radiance = [0, 1, 2]
-        .map(|i| if matches!(kind, MaterialType::Light | MaterialType::Glow) { held(i, "a radiance", f64::INFINITY) } else { 0.0 });
-    let mut fraction = |i: usize, what: &str| held(i, what, 1.0);
-    match kind {
-        MaterialType::Plastic => MaterialKind::Plastic {
-            color: [0, 1, 2].map(|i| fraction(i, "a reflectance")),
-            specularity: fraction(3, "the specularity"),
-            roughness: r[4],
-        },
-        MaterialType::Metal => MaterialKind::Metal {
-            color: [0, 1, 2].map(|i| fraction(i, "a reflectance")),
-            specularity: fraction(3, "the specularity"),
-            roughness: r[4],
-        },
-        MaterialType::Trans => MaterialKind::Trans {
-            color: [0, 1, 2].map(|i| fraction(i, "a colour")),
-            specularity: fraction(3, "the specularity"),
-            roughness: r[4],
-            transmissivity: fraction(5, "the transmissivity"),
-            transmitted_specularity: fraction(6, "the transmitted specularity"),
-        },
-        MaterialType::Glass => MaterialKind::Glass {
-            transmissivity: [0, 1, 2].map(|i| fraction(i, "a transmissivity")),
-            refraction_index: r.get(3).copied().unwrap_or(1.52),
-        },
-        MaterialType::Mirror => MaterialKind::Mirror { color: [0, 1, 2].map(|i| fraction(i, "a reflectance")) },
-        MaterialType::Light => MaterialKind::Light { radiance },
-        MaterialType::Glow => MaterialKind::Glow { radiance, max_radius: r[3] * definition.scale },
+        let [first, second] = [first, second].map(|m| m.material.unwrap_or(MaterialKind::Void));
+        let kind = mixtures::mixed(first, second, share, &mut |e| warnings.push(d.at(e))).map_err(|e| d.at(e))?;
+        Ok(Meaning { material: Some(kind), ..Meaning::VOID })
     }
+}
+
+/// What a modifier comes to: a material, or a pattern alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Meaning {
+    pub material: Option<MaterialKind>,
+    /// RGB factor of what it modifies.
+    pub pattern: [f64; 3],
+    /// Whether patterns or textures are part of it.
+    pub patterned: bool,
+}
+
+impl Meaning {
+    const VOID: Self = Self { material: None, pattern: [1.0; 3], patterned: false };
+}
+
+fn times(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] * b[c])
+}
+
+fn undefined(name: &str) -> Error {
+    Error::new(format!("the modifier '{name}' is not defined before this line"))
+        .help("give the file with the materials first, or correct the name")
+}
+
+fn both(first: &Definition, second: &Definition) -> Error {
+    Error::new(format!("the materials '{}' and '{}' modify each other", first.name, second.name))
+        .help("give each surface one material; write `void` as the modifier of materials")
 }

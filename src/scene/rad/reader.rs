@@ -2,6 +2,7 @@
 //! to a [`Sink`].
 
 use super::command::{self, Pipeline, Source};
+use super::generators::Generator;
 use super::syntax::{self, Object, Statement};
 use super::xform::{Placement, Xform};
 use crate::error::{Error, Result, Warnings};
@@ -29,6 +30,9 @@ pub(super) trait Sink {
     /// # Errors
     /// If it makes no sense here.
     fn parameters(&mut self, text: &str, file: &Rc<Path>, line: usize) -> Result<()>;
+
+    /// A sky of the scene's own, which is left out.
+    fn sky(&mut self, _file: &Path, _line: usize, _warnings: &mut Warnings) {}
 }
 
 /// Files read so far, and the chain of those being read.
@@ -93,10 +97,8 @@ impl<'a> Reader<'a> {
                 Statement::Command { text, line } => {
                     let at = |e: Error| e.file(&*file).line(*line);
                     let mut pipeline = command::parse(text).map_err(at)?;
-                    if let Source::Generator(generator) = &mut pipeline.source {
-                        for object in &mut generator.objects {
-                            object.line = *line;
-                        }
+                    if let Source::Generator(Generator { objects }) | Source::Sky(objects) = &mut pipeline.source {
+                        objects.iter_mut().for_each(|object| object.line = *line);
                     }
                     self.count_copies(&pipeline).map_err(at)?;
                     let filters: Vec<Vec<Placement>> = pipeline.filters.iter().rev().map(Xform::copies).collect();
@@ -128,6 +130,12 @@ impl<'a> Reader<'a> {
             Source::Generator(generator) => {
                 for object in &generator.objects {
                     self.count_one(file, object.line)?;
+                    sink.object(object, placement, file, warnings)?;
+                }
+            }
+            Source::Sky(objects) => {
+                sink.sky(file, objects.first().map_or(1, |o| o.line), warnings);
+                for object in objects {
                     sink.object(object, placement, file, warnings)?;
                 }
             }
@@ -169,7 +177,7 @@ impl<'a> Reader<'a> {
     fn count_copies(&mut self, pipeline: &Pipeline) -> Result<()> {
         let of_files = match &pipeline.source {
             Source::Files(xform) => xform.count().saturating_mul(xform.files.len()),
-            Source::Generator(_) => 1,
+            Source::Generator(_) | Source::Sky(_) => 1,
         };
         let copies = pipeline.filters.iter().fold(of_files, |n, filter| n.saturating_mul(filter.count()));
         self.copies = self.copies.saturating_add(copies);

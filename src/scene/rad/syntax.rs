@@ -3,7 +3,7 @@
 //! Only the shape of the text is known here; what the words mean is the business of the modules
 //! that use them.
 
-use super::types::ObjectType;
+use super::types::{MaterialType, ObjectType};
 use crate::error::{Error, Result};
 use crate::text;
 use std::path::Path;
@@ -26,6 +26,17 @@ pub(super) struct Object {
 }
 
 impl Object {
+    /// Arguments that name other definitions.
+    pub(super) fn named(&self) -> impl Iterator<Item = &str> {
+        let places: &[usize] = match self.kind {
+            ObjectType::Material(MaterialType::Mirror | MaterialType::Illum) => &[0],
+            ObjectType::Material(MaterialType::MixFunc) => &[0, 1],
+            ObjectType::Material(MaterialType::WgmdFunc) => &[0, 4, 8],
+            _ => &[],
+        };
+        places.iter().filter_map(|&i| self.strings.get(i)).map(String::as_str)
+    }
+
     /// The error with this object's place and name.
     pub(super) fn at(&self, error: Error, file: &Path) -> Error {
         error.file(file).line(self.line).field(format!("{} '{}'", self.kind.word(), self.name))

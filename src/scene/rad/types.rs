@@ -7,7 +7,7 @@ pub(crate) enum ObjectType {
     Surface(Surface),
     /// A material this program knows.
     Material(MaterialType),
-    /// A pattern or texture: varies a material, which stays usable without it.
+    /// A pattern, whose mean colours the material, or a texture, without which it stays usable.
     Texture(&'static str),
     /// Part of Radiance, but not of this program: (word, what to do instead).
     Unsupported(&'static str, &'static str),
@@ -39,6 +39,17 @@ pub(crate) enum MaterialType {
     Mirror,
     Light,
     Glow,
+    Spotlight,
+    Illum,
+    Plastic2,
+    Metal2,
+    Trans2,
+    Ashik2,
+    BrtdFunc,
+    WgmdFunc,
+    Dielectric,
+    Interface,
+    MixFunc,
 }
 
 const SURFACES: [(&str, Surface); 9] = [
@@ -53,7 +64,7 @@ const SURFACES: [(&str, Surface); 9] = [
     ("source", Surface::Source),
 ];
 
-const MATERIALS: [(&str, MaterialType); 7] = [
+const MATERIALS: [(&str, MaterialType); 18] = [
     ("plastic", MaterialType::Plastic),
     ("metal", MaterialType::Metal),
     ("trans", MaterialType::Trans),
@@ -61,6 +72,17 @@ const MATERIALS: [(&str, MaterialType); 7] = [
     ("mirror", MaterialType::Mirror),
     ("light", MaterialType::Light),
     ("glow", MaterialType::Glow),
+    ("spotlight", MaterialType::Spotlight),
+    ("illum", MaterialType::Illum),
+    ("plastic2", MaterialType::Plastic2),
+    ("metal2", MaterialType::Metal2),
+    ("trans2", MaterialType::Trans2),
+    ("ashik2", MaterialType::Ashik2),
+    ("BRTDfunc", MaterialType::BrtdFunc),
+    ("WGMDfunc", MaterialType::WgmdFunc),
+    ("dielectric", MaterialType::Dielectric),
+    ("interface", MaterialType::Interface),
+    ("mixfunc", MaterialType::MixFunc),
 ];
 
 const TEXTURES: [&str; 14] = [
@@ -80,40 +102,28 @@ const TEXTURES: [&str; 14] = [
     "specpict",
 ];
 
-const ANISOTROPIC: &str = "replace it by `plastic`, `metal` or `trans` with a roughness between the two";
 const FUNCTION: &str = "replace it by a `plastic`, `metal` or `trans` that fits its mean behaviour";
 const REFRACTING: &str = "replace panes by one polygon of `glass`, or make the surface a window with a BSDF file";
 const SCATTERING: &str = "make the surface a window with its BSDF file, or replace it by its geometry or a `trans`";
 const MIXTURE: &str = "replace it by one material of mean reflectance";
-const UNSUPPORTED: [(&str, &str); 28] = [
-    ("plastic2", ANISOTROPIC),
-    ("metal2", ANISOTROPIC),
-    ("trans2", ANISOTROPIC),
-    ("ashik2", ANISOTROPIC),
+const UNSUPPORTED: [(&str, &str); 17] = [
     ("plasfunc", FUNCTION),
     ("metfunc", FUNCTION),
     ("transfunc", FUNCTION),
-    ("BRTDfunc", FUNCTION),
     ("plasdata", FUNCTION),
     ("metdata", FUNCTION),
     ("transdata", FUNCTION),
-    ("WGMDfunc", FUNCTION),
-    ("dielectric", REFRACTING),
-    ("interface", REFRACTING),
     ("prism1", REFRACTING),
     ("prism2", REFRACTING),
     ("BSDF", SCATTERING),
     ("aBSDF", SCATTERING),
-    ("illum", "replace it by `glow`, or take the surface out of the scene"),
-    ("spotlight", "replace it by `light`"),
     ("mist", "take the volume out of the scene"),
-    ("antimatter", "cut the opening into the polygons themselves"),
-    ("mixfunc", MIXTURE),
+    ("antimatter", "cut the opening into the polygons that it takes away from, or write them with the hole as a seam"),
     ("mixdata", MIXTURE),
     ("mixpict", MIXTURE),
     ("mixtext", MIXTURE),
-    ("instance", "give the `.rad` files the octree was made from, placed with `!xform`"),
-    ("mesh", "give the geometry as polygons (`obj2rad` makes them) or as glTF"),
+    ("instance", "an octree is not read: give the `.rad` files that it was made from, placed with `!xform`"),
+    ("mesh", "a compiled mesh is not read: give the OBJ file that `obj2mesh` made it from as polygons (`obj2rad` makes them), or as glTF"),
 ];
 
 impl ObjectType {
@@ -139,6 +149,11 @@ impl ObjectType {
             Self::Material(m) => MATERIALS.iter().find(|(_, t)| *t == m).map_or("", |(w, _)| w),
             Self::Texture(w) | Self::Unsupported(w, _) => w,
         }
+    }
+
+    /// Whether it is a material that gives light of its own.
+    pub fn emits(self) -> bool {
+        matches!(self, Self::Material(MaterialType::Light | MaterialType::Glow | MaterialType::Spotlight | MaterialType::Illum))
     }
 
     /// Whether other objects can name it as their modifier.

@@ -138,7 +138,7 @@ impl Scene {
             return None;
         };
         let fault = match cover.kind {
-            Some(MaterialKind::Glass { .. } | MaterialKind::Trans { .. }) => Fault::Filters,
+            Some(MaterialKind::Glass { .. } | MaterialKind::Trans { .. } | MaterialKind::Lobes(_)) => Fault::Filters,
             _ => Fault::Hides,
         };
         let side = if cover.distance > 0.0 { "inside" } else { "outside" };

@@ -3,6 +3,7 @@
 pub(crate) mod filling;
 mod found;
 pub(crate) mod glazing;
+pub(crate) mod grids;
 pub(crate) mod import;
 pub mod mirrors;
 mod models;
@@ -27,7 +28,7 @@ use crate::scene::points::Sensor;
 use crate::scene::{self, GlazedWindow, Scene, Window};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::method::{Choice, Glazing};
-use crate::simulate::project::{Project, SensorsSection};
+use crate::simulate::project::{Project, SensorPoints, SensorsSection};
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::weather::Weather;
 use glam::DVec3;
@@ -93,7 +94,7 @@ impl Inputs {
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
         let glazing = glazing::glazing(project)?;
         project.check_phases(project.choice(&glazing).phases)?;
-        let weather = Weather::read(&project.weather.file, warnings)?;
+        let weather = project.weather.load(warnings)?;
         check_steps(project, &weather, warnings)?;
         let mut scene = read_scene(project, warnings)?;
         let mut windows = Vec::new();
@@ -109,18 +110,19 @@ impl Inputs {
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
-        let sensors = project.sensors.iter().map(|s| read_group(s, bins, warnings)).collect::<Result<Vec<_>>>()?;
+        let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
+        let direct = project.choice(&glazing).direct;
+        let light = if direct { reach::Light::Sky } else { reach::Light::Windows(&plain) };
+        let sensors = project.sensors.iter().map(|s| read_group(project, s, &scene, light, bins, warnings)).collect::<Result<Vec<_>>>()?;
         if project.windows.iter().any(|w| w.daylight.is_some()) || project.sensors.iter().any(|s| s.view.is_some() || s.sun.is_some()) {
             warnings.push(Error::new("matrices made elsewhere count as exact: their noise is not in the estimated error"));
         }
         let everywhere: Vec<Sensor> = sensors.iter().flat_map(|g| &g.sensors).copied().collect();
-        let direct = project.choice(&glazing).direct;
         check_sides(&windows, &everywhere, direct, warnings)?;
-        let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();
         if !windows.is_empty() {
             mirrors::warn(&scene, &plain, warnings);
         }
-        let seem_dark = reach::seem_dark(&scene, if direct { reach::Light::Sky } else { reach::Light::Windows(&plain) }, &sensors);
+        let seem_dark = reach::seem_dark(&scene, light, &everywhere);
         reach::warn(&sensors, &seem_dark, direct, warnings);
         models::warn(project, warnings)?;
         let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
@@ -331,9 +333,20 @@ pub fn read_scene(project: &Project, warnings: &mut Warnings) -> Result<Scene> {
     scene::read_scene(&files, base, warnings)
 }
 
-fn read_group(section: &SensorsSection, bins: usize, warnings: &mut Warnings) -> Result<SensorGroup> {
-    let sensors = scene::read_sensors(&section.points, Some(&section.name), warnings)?;
+fn read_group(
+    project: &Project,
+    section: &SensorsSection,
+    scene: &Scene,
+    light: reach::Light<'_>,
+    bins: usize,
+    warnings: &mut Warnings,
+) -> Result<SensorGroup> {
+    let sensors = grids::sensors(project, section, scene, light, warnings)?;
     let shape = "V has a row per sensor and a column per bin of all windows, in the project's order";
     let view = section.view.as_ref().map(|v| Imported::load(v, sensors.len(), bins, shape)).transpose()?;
-    Ok(SensorGroup { name: section.name.clone(), file: section.points.clone(), sensors, view, sun: section.sun.clone() })
+    let file = match &section.points {
+        SensorPoints::File(file) | SensorPoints::OverFile(file, _) => file.clone(),
+        SensorPoints::OverSurface(..) => project.file.clone(),
+    };
+    Ok(SensorGroup { name: section.name.clone(), file, sensors, view, sun: section.sun.clone() })
 }

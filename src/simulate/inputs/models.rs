@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, Warnings};
 use crate::scene::{Format, honeybee, split_part};
-use crate::simulate::project::Project;
+use crate::simulate::project::{Project, SensorPoints};
 use std::path::Path;
 
 /// Names the windows, grids and views of the project's models that it does not use.
@@ -44,7 +44,8 @@ pub(super) fn warn(project: &Project, warnings: &mut Warnings) -> Result<()> {
                 "add [glare] or [images] to the project file for glare and pictures of them",
             ));
         }
-        let grids = |name: &str| project.sensors.iter().any(|s| names(&s.points, &s.name, name));
+        let grids =
+            |name: &str| project.sensors.iter().any(|s| matches!(&s.points, SensorPoints::File(points) if names(points, &s.name, name)));
         let unused: Vec<&str> = model.sensors.iter().map(|g| g.name.as_str()).filter(|name| !grids(name)).collect();
         if !unused.is_empty() {
             warnings.push(told(

@@ -199,24 +199,16 @@ fn scatter(material: &MaterialKind, incoming: DVec3, normal: DVec3, random: &mut
     let times = |c: [f64; 3], f: f64| c.map(|v| v * f);
     // Diffusely reflected and transmitted, mirrored, straight through.
     let lobes = match *material {
-        MaterialKind::Plastic { color, specularity, .. } => [times(color, 1.0 - specularity), [0.0; 3], [specularity; 3], [0.0; 3]],
-        MaterialKind::Metal { color, specularity, .. } => [times(color, 1.0 - specularity), [0.0; 3], times(color, specularity), [0.0; 3]],
-        MaterialKind::Trans { color, specularity, transmissivity, transmitted_specularity, .. } => {
-            let t = transmissivity * (1.0 - specularity);
-            [
-                times(color, 1.0 - specularity - t),
-                times(color, t * (1.0 - transmitted_specularity)),
-                [specularity; 3],
-                times(color, t * transmitted_specularity),
-            ]
-        }
         MaterialKind::Mirror { color } if front => [[0.0; 3], [0.0; 3], color, [0.0; 3]],
         MaterialKind::Glass { transmissivity, refraction_index } => {
             let (t, r) = glass_pane(transmissivity, refraction_index, cosine);
             [[0.0; 3], [0.0; 3], r, t]
         }
         MaterialKind::Void => [[0.0; 3], [0.0; 3], [0.0; 3], [1.0; 3]],
-        _ => return None,
+        _ => {
+            let l = material.lobes()?;
+            [l.diffuse, l.diffuse_transmitted, l.specular, l.specular_transmitted]
+        }
     };
     let total: f64 = lobes.iter().map(|l| luminous(*l)).sum();
     let mut pick = random.next() * total;

@@ -171,6 +171,9 @@ fn mean_kept(inputs: &Inputs) -> f64 {
             weight *= match kind(solid[number]) {
                 MaterialKind::Plastic { color, .. } | MaterialKind::Metal { color, .. } => largest(color),
                 MaterialKind::Trans { color, .. } | MaterialKind::Mirror { color } => largest(color),
+                MaterialKind::Lobes(l) => {
+                    largest(std::array::from_fn(|c| l.diffuse[c] + l.diffuse_transmitted[c] + l.specular[c] + l.specular_transmitted[c]))
+                }
                 _ => 0.0,
             };
             kept += weight;

@@ -2,7 +2,11 @@
 //!
 //! ```toml
 //! [weather]
-//! file = "weather/NYC.wea"            # or .epw
+//! file = "weather/NYC.wea"            # or .epw; or moments under a sky of the CIE in place of a file:
+//! # sky = "cie clear"                 # clear | intermediate | overcast | uniform
+//! # date = "03-21T12:00"              # or a list; standard time
+//! # site = [46.5, 11.35, 15]          # latitude, longitude, standard meridian: degrees north and east
+//! # sky = "cie overcast"              # without date and site: 10,000 lx outdoors, for daylight factors
 //! [scene]
 //! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
 //! [[window]]                          # any number; without one sensors see the sky by what the scene leaves free
@@ -16,7 +20,11 @@
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
 //! [[sensors]]                         # any number
 //! name = "workplane"
-//! points = "points.txt"
+//! points = "points.txt"               # or, spread over a material, a named surface or a file of polygons:
+//! # surface = "Floor"
+//! # spacing = 0.5
+//! # height = 0.8                      # above it; left out: 0.8
+//! # margin = 0.5                      # from its edge; left out: 0
 //! [[view]]                            # any number
 //! name = "desk"
 //! file = "views/fish.vf"
@@ -71,7 +79,7 @@ pub(crate) use self::output::OutputSection;
 pub use self::output::Quantity;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
-pub(crate) use self::sections::{Filling, SceneSection, SensorsSection, WeatherSection, WindowSection};
+pub(crate) use self::sections::{Filling, SceneSection, SensorPoints, SensorsSection, WeatherSection, WindowSection};
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
@@ -150,7 +158,7 @@ impl Project {
         if let (Some(place), Some(file)) = (model, scene.files.last()) {
             let model = NamedModel::read(file, place)?;
             if windows.is_empty() {
-                windows = model.windows()?;
+                windows = model.windows();
             }
             if sensors.is_empty() && views.is_empty() {
                 sensors = model.sensors();

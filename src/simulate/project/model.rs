@@ -15,7 +15,7 @@
 //! `bsdf = "room.hbjson#blind"` of a modifier.
 
 use super::given::GivenPictures;
-use super::sections::{Filling, SensorsSection, WindowSection};
+use super::sections::{Filling, SensorPoints, SensorsSection, WindowSection};
 use super::table::Place;
 use super::views::{DEFAULT_RESOLUTION, ViewSection, view_of_options};
 use crate::error::{Error, Result, Warnings};
@@ -48,17 +48,8 @@ impl NamedModel {
         PathBuf::from(format!("{}#{name}", self.file.display()))
     }
 
-    /// All its windows.
-    ///
-    /// # Errors
-    /// A model without windows.
-    pub fn windows(&self) -> Result<Vec<WindowSection>> {
-        if self.model.windows.is_empty() {
-            return Err(self
-                .place
-                .of(Error::new("the model has no aperture to the outside whose modifier is Glass or BSDF, so no daylight comes in"))
-                .help("add apertures in Honeybee, or [[window]] with name, surface and glass"));
-        }
+    /// All its windows; none for a model without, as of a courtyard.
+    pub fn windows(&self) -> Vec<WindowSection> {
         let section = |window: &honeybee::ModelWindow| WindowSection {
             name: window.window.name.clone(),
             surface: self.part(&window.window.name),
@@ -72,12 +63,13 @@ impl NamedModel {
             states: Vec::new(),
             daylight: None,
         };
-        Ok(self.model.windows.iter().map(section).collect())
+        self.model.windows.iter().map(section).collect()
     }
 
     /// All its sensor grids.
     pub fn sensors(&self) -> Vec<SensorsSection> {
-        let section = |name: &String| SensorsSection { name: name.clone(), points: self.part(name), view: None, sun: None };
+        let section =
+            |name: &String| SensorsSection { name: name.clone(), points: SensorPoints::File(self.part(name)), view: None, sun: None };
         self.model.sensors.iter().map(|g| section(&g.name)).collect()
     }
 

@@ -2,15 +2,46 @@
 
 use super::given::ImportSection;
 use super::table::{Place, Table, name};
-use crate::error::Result;
+use crate::error::{Result, Warnings};
 use crate::scene::Pane;
+use crate::scene::grid::Spread;
+use crate::sky::cie::{self, CieSky};
+use crate::weather::Weather;
+use crate::weather::time::Time;
 use std::path::PathBuf;
 
 /// `[weather]`: where the hours come from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WeatherSection {
-    /// Weather file, WEA or EPW.
+    /// Weather file, WEA or EPW; the project file where there is a sky in its place.
     pub file: PathBuf,
+    /// `sky`, `date`, `site`: moments under a CIE sky in place of the file.
+    pub moments: Option<Moments>,
+}
+
+/// Moments under one of the CIE's skies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moments {
+    /// The kind of sky.
+    pub sky: CieSky,
+    /// Months, days and standard times; without one, noon of 21 March.
+    pub times: Vec<Time>,
+    /// Latitude, longitude and standard meridian, degrees north and east. Without it an overcast or uniform sky
+    /// gives [`OUTDOORS`](crate::sky::cie::OUTDOORS) lx outdoors.
+    pub site: Option<[f64; 3]>,
+}
+
+impl WeatherSection {
+    /// The weather: what the file holds, or the moments.
+    ///
+    /// # Errors
+    /// What is wrong in the file, moments at night.
+    pub fn load(&self, warnings: &mut Warnings) -> Result<Weather> {
+        match &self.moments {
+            None => Weather::read(&self.file, warnings),
+            Some(m) => cie::weather(m.sky, &m.times, m.site, warnings).map_err(|e| e.file(&self.file).field("weather.date")),
+        }
+    }
 }
 
 /// `[scene]`: the room and what stands around it, without its windows.
@@ -71,13 +102,24 @@ pub struct WindowSection {
     pub daylight: Option<ImportSection>,
 }
 
+/// Where the sensors of a group are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SensorPoints {
+    /// `points`: a file of `x y z dx dy dz` lines.
+    File(PathBuf),
+    /// `surface = "floor.rad"`: over the polygons of a file.
+    OverFile(PathBuf, Spread),
+    /// `surface = "floor"`: over surfaces of the scene of this material or name.
+    OverSurface(String, Spread),
+}
+
 /// One `[[sensors]]`: a group of sensors with one result file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorsSection {
     /// Name of the group, and of its result files.
     pub name: String,
-    /// File of `x y z dx dy dz` lines.
-    pub points: PathBuf,
+    /// Where they are.
+    pub points: SensorPoints,
     /// V and Vd made elsewhere.
     pub view: Option<ImportSection>,
     /// Cds made elsewhere.
@@ -86,9 +128,53 @@ pub struct SensorsSection {
 
 impl WeatherSection {
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
-        let file = table.required_path("file", "add file = \"….wea\" or \"….epw\"")?;
+        let names = CieSky::ALL.map(|(name, kind)| (format!("cie {name}"), kind));
+        let sky = table.choice("sky", &names.each_ref().map(|(name, kind)| (name.as_str(), *kind)))?;
+        let dates = table.texts("date", "[\"03-21T09:00\", \"03-21T12:00\"]")?.unwrap_or_default();
+        let site = table.numbers("site", -210.0..=210.0)?;
+        let Some(sky) = sky else {
+            let help = "add file = \"….wea\" or \"….epw\", or a sky in its place: sky = \"cie overcast\"";
+            let Some(file) = table.path("file")? else { return Err(table.missing_all(&["file", "sky"], "has no 'file'", help)) };
+            if let Some(key) = [("date", !dates.is_empty()), ("site", site.is_some())].iter().find(|(_, given)| *given).map(|(key, _)| key)
+            {
+                return Err(table
+                    .error(key, format!("'{key}' belongs to a 'sky', but the weather comes from a file"))
+                    .help("add sky = \"cie clear\" or the like in place of 'file', or take this out"));
+            }
+            table.finish()?;
+            return Ok(Self { file, moments: None });
+        };
+        if table.path("file")?.is_some() {
+            return Err(table
+                .error("sky", "the sky comes either from a weather 'file' or is a 'sky' of the CIE")
+                .help("take one of the two out"));
+        }
+        let mut times = Vec::new();
+        for date in &dates {
+            times.push(Time::parse(date).map_err(|e| table.place("date").of(e))?);
+        }
+        let site = match site.as_deref() {
+            None => None,
+            Some(&[latitude, longitude, meridian]) if latitude.abs() <= 90.0 && longitude.abs() <= 180.0 => {
+                Some([latitude, longitude, meridian])
+            }
+            Some(_) => {
+                return Err(table
+                    .error("site", "this is no site")
+                    .help("write latitude, longitude and standard meridian in degrees north and east, as [46.5, 11.35, 15]"));
+            }
+        };
+        if site.is_none() && (sky.shows_sun() || !times.is_empty()) || site.is_some() && times.is_empty() {
+            return Err(table.error("sky", "a moment needs both its date and its site").help(
+                "add date = \"03-21T12:00\" and site = [46.5, 11.35, 15]; an overcast or uniform sky without both gives 10,000 lx outdoors",
+            ));
+        }
+        if times.is_empty() {
+            times.push(Time { month: 3, day: 21, hour: 12.0 });
+        }
+        let file = table.place("sky").file;
         table.finish()?;
-        Ok(Self { file })
+        Ok(Self { file, moments: Some(Moments { sky, times, site }) })
     }
 }
 
@@ -157,6 +243,44 @@ impl WindowSection {
     }
 }
 
+/// Height of a work plane.
+const WORK_PLANE: f64 = 0.8;
+
+impl SensorPoints {
+    fn read(table: &mut Table<'_, '_>) -> Result<Self> {
+        let surface = table.string("surface")?;
+        let spacing = table.number("spacing", 1e-3..=1e6)?;
+        let height = table.number("height", 0.0..=1e6)?;
+        let margin = table.number("margin", 0.0..=1e6)?;
+        let Some(surface) = surface else {
+            let help = "add points = \"….txt\" with a line 'x y z dx dy dz' per sensor, or surface = \"floor\" with spacing = 0.5";
+            let Some(file) = table.path("points")? else {
+                return Err(table.missing_all(&["points", "surface"], "has neither 'points' nor 'surface'", help));
+            };
+            if let Some((key, _)) = [("spacing", spacing), ("height", height), ("margin", margin)].iter().find(|(_, v)| v.is_some()) {
+                return Err(table
+                    .error(key, format!("'{key}' spreads sensors over a surface, but 'points' lists them"))
+                    .help("give 'surface' in place of 'points', or take this out"));
+            }
+            return Ok(Self::File(file));
+        };
+        if table.path("points")?.is_some() {
+            return Err(table
+                .error("surface", "sensors are either listed in 'points' or spread over a 'surface'")
+                .help("take one of the two out"));
+        }
+        let Some(spacing) = spacing else {
+            return Err(table
+                .error("surface", "sensors over a surface need their 'spacing'")
+                .help("add spacing = 0.5 or the like, in the scene's unit"));
+        };
+        let spread = Spread { spacing, height: height.unwrap_or(WORK_PLANE), margin: margin.unwrap_or(0.0) };
+        let is_file = ["rad", "gltf", "glb", "obj"].iter().any(|e| surface.to_lowercase().ends_with(&format!(".{e}")));
+        let file = if is_file { table.path("surface")? } else { None };
+        Ok(file.map_or(Self::OverSurface(surface, spread), |file| Self::OverFile(file, spread)))
+    }
+}
+
 /// What a `[[window]]` is made of, by the one of its keys that says so.
 fn filling(table: &mut Table<'_, '_>, states: &[PathBuf]) -> Result<(Filling, Place)> {
     // All keys are asked for, so that they are known.
@@ -189,7 +313,7 @@ fn filling(table: &mut Table<'_, '_>, states: &[PathBuf]) -> Result<(Filling, Pl
 impl SensorsSection {
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let name = name(&mut table, "add name = \"workplane\" or the like")?;
-        let points = table.required_path("points", "add points = \"….txt\" with a line 'x y z dx dy dz' per sensor")?;
+        let points = SensorPoints::read(&mut table)?;
         let view = ImportSection::read(&mut table, "view", "view_direct")?;
         let sun = table.path("sun")?;
         table.finish()?;

@@ -227,6 +227,14 @@ impl<'d, 'a> Table<'d, 'a> {
         Ok(self.number(key, limits)?.map(Ok))
     }
 
+    /// A text, or a non-empty list of them.
+    pub(super) fn texts(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
+        match self.get(key).map(Spanned::get_ref) {
+            Some(DeValue::String(_)) => Ok(self.string(key)?.map(|text| vec![text])),
+            _ => self.strings(key, example),
+        }
+    }
+
     /// A list of texts that is not empty; `example` shows one.
     pub(super) fn strings(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
         let Some(value) = self.get(key) else { return Ok(None) };

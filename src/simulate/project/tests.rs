@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bins::ReinhartSky;
-use crate::error::Error;
+use crate::error::{Error, Warnings};
 use crate::simulate::project::method::{Glazing, Phases};
 
 const GOOD: &str = r#"
@@ -239,4 +239,35 @@ fn garbage_is_refused_without_panic() {
     std::fs::write(&file, [b'\n', 0xff, 0xfe, 0, 1]).unwrap();
     assert!(Project::read(&file).unwrap_err().to_string().contains("project.toml:2: this is binary data, not a project file"));
     assert!(Project::read(&folder.path().join("none.toml")).is_err());
+}
+
+#[test]
+fn a_sky_takes_the_place_of_a_weather_file() {
+    let with = |keys: &str| GOOD.replacen("file = \"a.wea\"", keys, 1);
+    let p = read(&with("sky = \"cie clear\"\ndate = [\"03-21T09:00\", \"06-21T12:00\"]\nsite = [46.5, 11.35, 15]")).unwrap();
+    let weather = p.weather.load(&mut Warnings::new()).unwrap();
+    assert_eq!((weather.records.len(), weather.latitude, weather.longitude, weather.time_zone), (2, 46.5, 11.35, 1.0));
+    assert!(weather.records.iter().all(|r| r.direct > 10_000.0 && r.diffuse > 5_000.0), "{:?}", weather.records);
+    // A daylight factor in one line.
+    let p = read(&with("sky = \"cie overcast\"")).unwrap();
+    let weather = p.weather.load(&mut Warnings::new()).unwrap();
+    assert_eq!((weather.records.len(), weather.records[0].diffuse, weather.records[0].direct), (1, 10_000.0, 0.0));
+    for (keys, words) in [
+        ("sky = \"cie cloudy\"", "\"cie clear\""),
+        ("sky = \"cie clear\"", "both its date and its site"),
+        ("sky = \"cie overcast\"\ndate = \"03-21T12:00\"", "both its date and its site"),
+        ("sky = \"cie overcast\"\nsite = [46.5, 11.35, 15]", "both its date and its site"),
+        ("sky = \"cie overcast\"\ndate = \"3/21\"\nsite = [46.5, 11.35, 15]", "as 03-21T12:00"),
+        ("sky = \"cie overcast\"\ndate = []\nsite = [46.5, 11.35, 15]", "this list is empty"),
+        ("sky = \"cie overcast\"\ndate = \"03-21T12:00\"\nsite = [46.5, 11.35]", "latitude, longitude and standard meridian"),
+        ("sky = \"cie overcast\"\nfile = \"a.wea\"", "take one of the two out"),
+        ("file = \"a.wea\"\ndate = \"03-21T12:00\"", "'date' belongs to a 'sky'"),
+        ("skey = \"cie overcast\"", "did you mean 'sky'?"),
+    ] {
+        let message = complaint(&with(keys));
+        assert!(message.contains(words), "{keys}: {message}");
+    }
+    let night = read(&with("sky = \"cie clear\"\ndate = \"12-21T23:00\"\nsite = [46.5, 11.35, 15]")).unwrap();
+    let message = night.weather.load(&mut Warnings::new()).unwrap_err().to_string();
+    assert!(message.contains("project.toml") && message.contains("below the horizon"), "{message}");
 }

@@ -14,6 +14,7 @@ use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::write_stored;
 use crate::statistics::variance_of_mean;
 use crate::units::LUMINOUS_EFFICACY;
+use crate::weather::{CieSky, Weather};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -39,6 +40,9 @@ pub struct SensorSummary {
     /// Its standard error, W/m².
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_irradiance_standard_error_w_m2: Option<f64>,
+    /// Under an overcast sky of the CIE: mean over the sensors of their share of the horizontal illuminance outdoors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_daylight_factor: Option<f64>,
     /// Share of the sensors facing up that have 300 lx in at least half of the hours from 8 to 18,
     /// the façade as computed; absent if no sensor faces up. Not LM-83's sDA, which moves blinds.
     pub spatial_autonomy: Option<f64>,
@@ -177,6 +181,12 @@ pub(crate) fn write_sky(context: &Context<'_>, made: &Made<'_>) -> Result<()> {
     Ok(())
 }
 
+/// Mean horizontal illuminance outdoors, lx, if the sky is the CIE's overcast one in all steps.
+fn overcast_outdoors(weather: &Weather) -> Option<f64> {
+    let all = !weather.skies.is_empty() && weather.skies.iter().all(|s| *s == CieSky::Overcast);
+    all.then(|| weather.records.iter().map(|r| r.diffuse).sum::<f64>() / weather.records.len() as f64)
+}
+
 /// Writes illuminances, errors and metrics of all groups.
 ///
 /// # Errors
@@ -184,6 +194,7 @@ pub(crate) fn write_sky(context: &Context<'_>, made: &Made<'_>) -> Result<()> {
 pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors, dark: &[bool]) -> Result<Vec<SensorSummary>> {
     let groups = &context.inputs.sensors;
     let (records, steps, quantity) = (&context.inputs.weather.records, context.inputs.weather.steps(), context.project.output.quantity);
+    let outdoors = overcast_outdoors(&context.inputs.weather);
     let (mut sensors, mut rest) = (Vec::new(), dark);
     let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
     for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
@@ -205,6 +216,7 @@ pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearError
             without_light: dark.iter().filter(|d| **d).count(),
             mean_illuminance_lx: mean(Quantity::Illuminance, value),
             mean_illuminance_standard_error_lx: mean(Quantity::Illuminance, error),
+            mean_daylight_factor: mean(Quantity::Illuminance, value).zip(outdoors).map(|(lux, outdoors)| lux / outdoors),
             mean_irradiance_w_m2: mean(Quantity::Irradiance, value),
             mean_irradiance_standard_error_w_m2: mean(Quantity::Irradiance, error),
             spatial_autonomy: spatial_autonomy.map(|s| s.value),

@@ -2,8 +2,10 @@
 
 use super::arrays::Year;
 use crate::error::{Result, Warnings};
-use crate::scene::{self, MaterialIndex, Scene, Triangle};
-use crate::simulate::inputs::{read_scene, read_surfaces};
+use crate::scene::{MaterialIndex, Scene, Triangle};
+use crate::simulate::inputs::glazing::glazing;
+use crate::simulate::inputs::reach::Light;
+use crate::simulate::inputs::{grids, read_scene, read_surfaces};
 use crate::simulate::project::Project;
 use crate::weather::Weather;
 use crate::weather::time::Time;
@@ -67,9 +69,9 @@ impl Surroundings {
     fn read(file: &Path, year: &mut Year) -> Result<Self> {
         let project = Project::read(file)?;
         let mut warnings = Warnings::new();
-        let weather = Weather::read(&project.weather.file, &mut warnings)?;
+        let weather = project.weather.load(&mut warnings)?;
         let mut scene = read_scene(&project, &mut warnings)?;
-        let mut states = HashMap::new();
+        let (mut states, mut windows) = (HashMap::new(), Vec::new());
         for section in &project.windows {
             // A section of several windows names each after itself.
             let own = |name: &&String| **name == section.name || name.starts_with(&format!("{}-", section.name));
@@ -77,20 +79,23 @@ impl Surroundings {
                 let names = year.summary.windows.iter().map(|w| &w.name).filter(own);
                 states.extend(names.map(|name| (name.clone(), section.states[1..].to_vec())));
             }
-            // Windows are part of the outline.
-            for window in read_surfaces(&project, section, &mut warnings)? {
-                let surface = scene.surfaces.len() as u32;
-                scene.surfaces.push(window.origin.clone());
-                let triangle = |t: &[glam::DVec3; 3]| Triangle { vertices: *t, material: MaterialIndex(u32::MAX), surface };
-                scene.triangles.extend(window.triangles.iter().map(triangle));
-            }
+            windows.extend(read_surfaces(&project, section, &mut warnings)?);
         }
+        let direct = project.choice(&glazing(&project)?).direct;
         for section in &project.sensors {
-            let sensors = scene::read_sensors(&section.points, Some(&section.name), &mut warnings)?;
+            let light = if direct { Light::Sky } else { Light::Windows(&windows) };
+            let sensors = grids::sensors(&project, section, &scene, light, &mut warnings)?;
             if let Some(group) = year.sensors.iter_mut().find(|g| g.name == section.name && g.count() == sensors.len()) {
                 group.positions = sensors.iter().map(|s| s.position).collect();
                 group.directions = sensors.iter().map(|s| s.direction).collect();
             }
+        }
+        // Windows are part of the outline.
+        for window in &windows {
+            let surface = scene.surfaces.len() as u32;
+            scene.surfaces.push(window.origin.clone());
+            let triangle = |t: &[glam::DVec3; 3]| Triangle { vertices: *t, material: MaterialIndex(u32::MAX), surface };
+            scene.triangles.extend(window.triangles.iter().map(triangle));
         }
         Ok(Self { scene, weather, states })
     }

@@ -60,6 +60,12 @@ impl PaneBsdf {
                     lobe: even()?,
                 })
             }
+            MaterialKind::Lobes(l) if l.roughness * l.roughness <= SMOOTH_ROUGHNESS2 => Ok(Self::Trans {
+                diffuse: l.diffuse_transmitted,
+                clear: l.specular_transmitted,
+                specularity: l.specular.into_iter().fold(0.0, f64::max),
+                lobe: even()?,
+            }),
             _ => Err(Error::new("the sun does not pass through the window's material")
                 .help("give a BSDF, glass, trans or void for the window's surface")),
         }
