@@ -8,7 +8,8 @@ use crate::sky::{SkyOptions, sky_matrix};
 use std::time::Instant;
 
 fn options(context: &Context<'_>) -> SkyOptions {
-    SkyOptions { subdivision: context.sky().subdivision(), ..SkyOptions::default() }
+    let ground_reflectance = [context.project.weather.ground_albedo; 3];
+    SkyOptions { subdivision: context.sky().subdivision(), ground_reflectance, ..SkyOptions::default() }
 }
 
 /// S `[patch][hour]`, the ground first; an earlier run's if its inputs are the same.

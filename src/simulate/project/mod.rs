@@ -7,6 +7,8 @@
 //! # date = "03-21T12:00"              # or a list; standard time
 //! # site = [46.5, 11.35, 15]          # latitude, longitude, standard meridian: degrees north and east
 //! # sky = "cie overcast"              # without date and site: 10,000 lx outdoors, for daylight factors
+//! north = 0                           # where north lies: degrees from +Y, counter-clockwise seen from above
+//! ground_albedo = 0.2                 # reflectance of the ground beyond the scene's
 //! [scene]
 //! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
 //! [[window]]                          # any number
