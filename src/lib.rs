@@ -3,7 +3,8 @@
 //! Light from the sky reaches a sensor through four phases, one matrix each:
 //! `I = V · T · D · S` with the view matrix V (window → sensor), the window's transmission matrix T,
 //! the daylight matrix D (sky → window) and the sky matrix S (one column per hour). Five phases add
-//! accurate suns. What a user needs to know of each method is in the [`guide`].
+//! accurate suns. Through clear glass, or without any window, sensors see the sky itself: `I = C · S` with accurate
+//! suns. What a user needs to know of each method is in the [`guide`].
 //!
 //! # A year in a few lines
 //!
@@ -67,7 +68,8 @@
 //!
 //! **From points to illuminance.** A [`Plan`](simulate::Plan) reads a project ([`simulate::project`]: what is
 //! asked) and its files ([`simulate::inputs`]: what is there). The phases (`simulate::phases`) make S with
-//! [`sky`], D with [`kernels::daylight_matrix`], V with [`kernels::view_matrix`] and, of five phases, Cds with
+//! [`sky`], D with [`kernels::daylight_matrix`], V with [`kernels::view_matrix`] (or C, of clear glass, with
+//! [`kernels::coefficients`]) and, of five phases, Cds with
 //! [`kernels::sun_matrix`]. V and D come as independent replicates (`simulate::sampling`); all are kept in the
 //! output folder (`simulate::store`). One formula ([`simulate::light`]) makes illuminance of them, and the
 //! spread of the replicates its standard error ([`simulate::results`]). [`simulate::year`] reads it all back.

@@ -3,12 +3,13 @@
 // Windows are sampled uniformly in solid angle from the sensor; outside, the path goes on to the sky.
 
 import package::generated::{Receiver, LOOK_UNITS};
-import package::coefficients::entering::{params, deposit, light_of_windows};
+import package::coefficients::deposit::{params, deposit};
+import package::coefficients::entering::{light_of_windows};
 import package::shared::outside::{NO_PATCH};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::counters::{counters, count_finished};
 
-@group(0) @binding(9) var<storage, read> sensors: array<Receiver>;
+@group(0) @binding(11) var<storage, read> sensors: array<Receiver>;
 // [sensor]: samples before it, those of them that light came by, sum of what they may bring in `LOOK_UNITS`.
 @group(0) @binding(10) var<storage, read_write> looks: array<atomic<u32>>;
 

@@ -1,28 +1,10 @@
-// What the kernels of the daylight coefficients share: light that comes to a point straight from windows, and where
-// it is put.
+// Light that comes to a point straight from windows.
 
-import package::generated::{CoefficientParams};
+import package::coefficients::deposit::{params};
 import package::shared::bvh::{offset_from_surface};
 import package::shared::material::{materials, glass_pane, largest};
 import package::shared::outside::{follow_outside, Outdoors, NO_PATCH};
 import package::shared::window::{windows, sample_windows, direct_transmittance};
-
-// 1 for grey scenes, 3 for coloured ones.
-override COMPONENTS: u32 = 3u;
-
-@group(0) @binding(6) var<uniform> params: CoefficientParams;
-// [direct or other][batch][sensor][patch][component], fixed point.
-@group(0) @binding(8) var<storage, read_write> sums: array<atomic<u32>>;
-
-// `dither`, random in [0, 1), rounds up or down so that what is less than a unit is kept in the mean.
-fn deposit(row: u32, direct: bool, patch_index: u32, weight: vec3<f32>, dither: f32) {
-    let part = select(params.batches * params.sensors, 0u, direct);
-    let value = weight * params.unit + dither;
-    let cell = ((part + row) * params.patches + patch_index) * COMPONENTS;
-    for (var c = 0u; c < COMPONENTS; c++) {
-        atomicAdd(&sums[cell + c], u32(value[c]));
-    }
-}
 
 struct Entering {
     // Where it comes from, or NO_PATCH.

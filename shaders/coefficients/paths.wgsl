@@ -10,7 +10,8 @@
 // Light of windows by a first diffuse surface farther away than `near_radius` is left to light paths.
 
 import package::generated::{Receiver, FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_GLASS, MOST_PATH_SEGMENTS, PI, WORKGROUPS_PER_ROW};
-import package::coefficients::entering::{params, deposit, light_of_windows};
+import package::coefficients::deposit::{params, deposit};
+import package::coefficients::entering::{light_of_windows};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
@@ -18,7 +19,7 @@ import package::shared::outside::{NO_PATCH};
 import package::shared::sky::{sky_bin};
 import package::shared::counters::{counters, count_finished};
 
-@group(0) @binding(9) var<storage, read> sensors: array<Receiver>;
+@group(0) @binding(11) var<storage, read> sensors: array<Receiver>;
 // [sensor]: light found of windows, its sum in `LOOK_UNITS`; of the sky by no window, its sum.
 @group(0) @binding(10) var<storage, read_write> looks: array<atomic<u32>>;
 

@@ -5,11 +5,11 @@
 // of the bin / paths. Where it meets a diffuse surface it leaves a virtual light (Keller 1997,
 // instant radiosity), which `view_matrix/gather` connects to all sensors.
 
-import package::generated::{LightPath, LightPathParams, VirtualLight, FAR_AWAY, PI};
+import package::generated::{LightPath, LightPathParams, VirtualLight, FAR_AWAY};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
 import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
-import package::shared::window::{windows, rings, window_point, window_bin_direction};
+import package::shared::window::{windows, window_point, window_bin_direction, projected_solid_angle};
 import package::shared::counters::{counters, count_finished};
 
 const MOST_SPECULAR: u32 = 64u;
@@ -18,15 +18,6 @@ const MOST_SPECULAR: u32 = 64u;
 // [batch][bin][path]
 @group(0) @binding(7) var<storage, read_write> paths: array<LightPath>;
 @group(0) @binding(8) var<storage, read_write> lights: array<VirtualLight>;
-
-// Projected solid angle of a bin, sr.
-fn projected_solid_angle(first_ring: u32, ring_count: u32, bin: u32) -> f32 {
-    var ring = first_ring + ring_count - 1u;
-    while rings[ring].first > bin {
-        ring -= 1u;
-    }
-    return PI * (rings[ring].cos2_low - rings[ring].cos2_high) / f32(rings[ring].bins);
-}
 
 // Largest value of dot(p, direction) over the box around the receivers.
 fn farthest_receiver(direction: vec3<f32>) -> f32 {
@@ -55,7 +46,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = path_index;
     var light = VirtualLight(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), 0u, vec3<f32>(0.0), 0u);
     var path: LightPath;
-    if params.vertex == 0u {
+    if params.vertex == 0u && params.started == 0u {
         var w = 0u;
         while w + 1u < params.window_count && bin >= windows[w + 1u].first_bin {
             w += 1u;
@@ -68,6 +59,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     } else {
         path = paths[slot];
     }
+    // Reflections outside, before the path was given, count as well.
+    let last = params.last != 0u || (path.label >> 16u) + params.vertex + 2u > params.most_bounces;
     var ended = path.alive == 0u;
     var segment = 0u;
     for (; segment < MOST_SPECULAR && !ended; segment++) {
@@ -96,7 +89,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         path.direction = event.direction;
         if event.lobe == LOBE_DIFFUSE {
             if may_reach(path.position, side) {
-                light = VirtualLight(path.position, path.flux.x + path.flux.y + path.flux.z, side, 0u, path.flux, 0u);
+                light = VirtualLight(path.position, path.flux.x + path.flux.y + path.flux.z, side, 0u, path.flux, path.label);
             }
             path.direction = cosine_direction(side, slope);
         }
@@ -111,11 +104,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             ended = true;
         }
     }
-    if path.alive != 0u && params.last == 0u {
+    if last {
+        path.alive = 0u;
+    }
+    if path.alive != 0u {
         atomicAdd(&counters.alive, 1u);
     }
     atomicAdd(&counters.segments, segment);
-    light.goes_on = select(0u, path.alive, params.last == 0u);
+    light.goes_on = path.alive;
     lights[slot] = light;
     paths[slot] = path;
     count_finished(ended || segment == MOST_SPECULAR);

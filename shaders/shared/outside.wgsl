@@ -25,6 +25,8 @@ struct Outside {
     direct: bool,
     // Share of the patch's radiance that arrives.
     weight: vec3<f32>,
+    // Diffuse reflections.
+    bounces: u32,
     segments: u32,
     // Whether it came to an end.
     ended: bool,
@@ -38,7 +40,7 @@ fn follow_outside(start: vec3<f32>, towards: vec3<f32>, index: u32, first_pair: 
     var direction = towards;
     var weight = vec3<f32>(1.0);
     var bounces = 0u;
-    var result = Outside(NO_PATCH, true, vec3<f32>(0.0), 0u, false);
+    var result = Outside(NO_PATCH, true, vec3<f32>(0.0), 0u, 0u, false);
     var segment = 0u;
     for (; segment < MOST_PATH_SEGMENTS; segment++) {
         let hit = closest_hit(position, direction, FAR_AWAY);
@@ -82,6 +84,7 @@ fn follow_outside(start: vec3<f32>, towards: vec3<f32>, index: u32, first_pair: 
         }
         position = leave_surface(hit, side);
     }
+    result.bounces = bounces;
     result.segments = segment + 1u;
     result.ended = result.ended || segment == MOST_PATH_SEGMENTS;
     return result;

@@ -1,6 +1,6 @@
 // Windows: their directional bins, points on them, and rays towards them.
 
-import package::generated::{Ring, Window, FAR_AWAY, TAU};
+import package::generated::{Ring, Window, FAR_AWAY, PI, TAU};
 import package::shared::bins::{azimuth_bin};
 import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 
@@ -41,6 +41,15 @@ fn window_bin_direction(window: Window, bin: u32, random: vec2<f32>) -> vec3<f32
     let sine = sqrt(max(1.0 - cos2, 0.0));
     let azimuth = TAU * (f32(bin - r.first) + random.y - 0.5) / f32(r.bins);
     return normalize(window.x * (sine * cos(azimuth)) + window.y * (sine * sin(azimuth)) + window.z * sqrt(max(cos2, 0.0)));
+}
+
+// Projected solid angle of a bin, sr.
+fn projected_solid_angle(first_ring: u32, ring_count: u32, bin: u32) -> f32 {
+    var ring = first_ring + ring_count - 1u;
+    while rings[ring].first > bin {
+        ring -= 1u;
+    }
+    return PI * (rings[ring].cos2_low - rings[ring].cos2_high) / f32(rings[ring].bins);
 }
 
 // Point on a window, uniform in area.

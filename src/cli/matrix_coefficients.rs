@@ -38,9 +38,21 @@ pub struct CoefficientArgs {
     #[arg(long, value_name = "N", default_value_t = CoefficientOptions::default().direct_samples)]
     direct_samples: u32,
 
-    /// Paths per sensor and batch
-    #[arg(short = 'c', value_name = "N", default_value_t = CoefficientOptions::default().near_samples)]
-    paths: u32,
+    /// Light paths per directional bin of the windows and batch; 0: paths from the sensors only
+    #[arg(short = 'c', value_name = "N", default_value_t = CoefficientOptions::default().light_paths)]
+    light_paths: u32,
+
+    /// Rays to the light paths' vertices, per reflection and batch, from each sensor for each bin
+    #[arg(long, value_name = "N", default_value_t = CoefficientOptions::default().visibility_rays)]
+    visibility_rays: u32,
+
+    /// Paths per sensor and batch for nearby surfaces, mirrors, and light by no window
+    #[arg(long, value_name = "N", default_value_t = CoefficientOptions::default().near_samples)]
+    near_samples: u32,
+
+    /// Distance (in window sizes) below which surfaces count as near; more where windows are small and far away
+    #[arg(long, value_name = "D", default_value_t = CoefficientOptions::default().near_radius)]
+    near_radius: f32,
 
     #[command(flatten)]
     trace: TraceArgs,
@@ -63,7 +75,10 @@ pub fn run(args: &CoefficientArgs, warnings: &mut Warnings) -> Result<()> {
     let options = CoefficientOptions {
         bounces: trace.bounces,
         direct_samples: args.direct_samples,
-        near_samples: args.paths,
+        light_paths: args.light_paths,
+        visibility_rays: args.visibility_rays,
+        near_samples: args.near_samples,
+        near_radius: args.near_radius,
         batches: trace.batches.unwrap_or(default.batches),
         seed: trace.seed,
         roulette_weight: trace.roulette_weight,

@@ -11,6 +11,9 @@ use std::process::ExitCode;
 /// Computes a year of illuminance, pictures and glare for the project in a project.toml, or for
 /// several rooms, each in its project file; or for a Honeybee model:
 /// lucarne run model.hbjson --weather city.epw -o out
+///
+/// A project file is TOML; its sections and keys stand in the documentation of lucarne::simulate::project, what is
+/// behind them in the guide (cargo doc --open). A window of ordinary glass is glass = 0.65, its visible transmittance.
 #[derive(clap::Args)]
 pub struct Args {
     /// Project files, or one Honeybee model (.hbjson); of several each has its results in a folder of its name, and matrices of the
@@ -72,8 +75,12 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
 
 fn report(output: &Path, summary: &Summary) {
     for sensors in &summary.sensors {
-        let file = output.join("illuminance").join(format!("{}.mtx", sensors.name));
-        println!("{}: {} sensors, {} hours, mean {:.0} lx", file.display(), sensors.count, summary.hours, sensors.mean_illuminance_lx);
+        let file = output.join(&summary.quantity).join(format!("{}.mtx", sensors.name));
+        let mean = match (sensors.mean_illuminance_lx, sensors.mean_irradiance_w_m2) {
+            (Some(lux), _) => format!("{lux:.0} lx"),
+            (None, watts) => format!("{:.1} W/m²", watts.unwrap_or_default()),
+        };
+        println!("{}: {} sensors, {} hours, mean {mean}", file.display(), sensors.count, summary.hours);
         if let Some(share) = sensors.mean_daylight_factor {
             println!("  mean daylight factor {:.2} %", 100.0 * share);
         }

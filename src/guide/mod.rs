@@ -5,6 +5,11 @@ pub mod windows {
     #![doc = include_str!("windows.md")]
 }
 
+/// Models of design programs: Honeybee, OBJ; what a scene holds.
+pub mod models {
+    #![doc = include_str!("models.md")]
+}
+
 /// What is read, what is refused, and what is said.
 pub mod files {
     #![doc = include_str!("files.md")]

@@ -137,10 +137,9 @@ mod tests {
                 assert!((transmissivity(transmittance, refraction_index) - t).abs() < 1e-12);
             }
         }
-        let pane = Pane::of_transmittance([0.88, 0.6, 0.0]).unwrap();
-        assert!((0..3).all(|c| (pane.transmittance(1.0)[c] - [0.88, 0.6, 0.0][c]).abs() < 1e-12));
+        let pane = Pane::of_transmittance([0.88, 0.6, 0.1]).unwrap();
+        assert!((0..3).all(|c| (pane.transmittance(1.0)[c] - [0.88, 0.6, 0.1][c]).abs() < 1e-12));
         assert_eq!(Pane::of_material(&pane.material()), Some(pane));
-        assert!(Pane::of_transmittance([0.93; 3]).is_err() && Pane::of_transmittance([-0.1; 3]).is_err());
         // Radiance's manual: transmissivity 0.96 of a pane of transmittance 0.88.
         assert!((transmissivity(0.88, 1.52) - 0.96).abs() < 2e-3);
     }

@@ -19,6 +19,7 @@
 //! holes where they are, but for those that a computation is asked for.
 
 mod covering;
+pub(crate) mod found;
 mod openings;
 mod panes;
 
@@ -158,12 +159,18 @@ impl WindowBuilder {
                     .collect();
             };
             for by in &kept {
+                if !can_meet(&triangle, &by.1, ONE_PANE * areas[number].min(areas[by.0]).sqrt()) {
+                    continue;
+                }
                 let mut own = parts.into_iter().map(|t| (number, t)).collect();
                 hide(&mut own, by, IN_PLANE);
                 parts = own.into_iter().map(|(_, t)| t).collect();
             }
             for part in &parts {
-                hide(&mut kept, &(number, *part), -IN_PLANE);
+                // Façades have thousands of openings apart from each other.
+                if kept.iter().any(|(own, other)| can_meet(part, other, ONE_PANE * areas[number].min(areas[*own]).sqrt())) {
+                    hide(&mut kept, &(number, *part), -IN_PLANE);
+                }
             }
             kept.extend(parts.into_iter().map(|t| (number, t)));
         }
@@ -186,6 +193,13 @@ impl WindowBuilder {
         }
         kept.into_iter().map(|(_, triangle)| triangle).collect()
     }
+}
+
+/// Whether the boxes of two triangles are nearer to each other than a length along every axis.
+fn can_meet(a: &[DVec3; 3], b: &[DVec3; 3], near: f64) -> bool {
+    let limits = |t: &[DVec3; 3]| (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
+    let ((low, high), (other_low, other_high)) = (limits(a), limits(b));
+    (low - near).cmple(other_high).all() && (other_low - near).cmple(high).all()
 }
 
 /// Area times unit normal.

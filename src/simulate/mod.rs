@@ -4,7 +4,7 @@
 //! project   what is asked for: project.toml, section by section; of its files only points of views are read
 //! store     the output folder: matrices that remember what they were computed from
 //! inputs    what is there: weather, scene, windows with their T, sensors, shades, suns
-//! light     the one formula, I = [V − Vd | Vd]·[X ; X − Xsun] + Cds·Ssun
+//! light     the one formula, I = [V − Vd | Vd]·[X ; X − Xsun] + Cds·Ssun; V may be C and X the sky itself
 //! sampling  rounds of sampling: which matrix gets the next one, when to stop
 //! plan      what will be modelled and what it costs
 //! phases    S, D, V, Cds: each reused or traced, and kept

@@ -73,7 +73,7 @@ pub fn run_rooms(device: &Device, rooms: &[Room], out: &Path, progress: &dyn Pro
         // Later rooms too: their matrices may be there from an earlier run.
         let others: Vec<PathBuf> = folders.iter().filter(|f| **f != folders[i]).cloned().collect();
         let named = Named { room: &room.name, progress };
-        let store = Store::open(&folders[i])?.beside(others);
+        let store = Store::of(&folders[i], room.project.output.quantity)?.beside(others);
         summaries.push(compute(&context(device, &room.project, &room.inputs, &store, &named), warnings)?);
     }
     write_annual(out, rooms, &folders)?;

@@ -43,6 +43,8 @@ use std::time::Instant;
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
+/// | `illuminance/SENSORS_sky.csv` | direct: sky view factor, and hours of the weather's direct sun in which any of its disc is seen |
+/// | `irradiance/` | in place of `illuminance/` for `quantity = "irradiance"`, W/m²; `SENSORS_annual.csv` has means and sums in kWh/m² |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
 /// | `images/VIEW/img_%04d.hdr` | pictures of the hours asked for, by hour of the year; of shorter steps with two digits more, the minute |
 /// | `glare/VIEW.csv`, `.png`, `.svg` | DGP of every hour with its standard error; carpet plot |
@@ -63,7 +65,7 @@ pub fn run(
     progress: &dyn Progress,
     warnings: &mut Warnings,
 ) -> Result<Summary> {
-    let store = Store::open(out)?;
+    let store = Store::of(out, project.output.quantity)?;
     compute(&context(device, project, inputs, &store, progress), warnings)
 }
 
@@ -135,6 +137,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
 
     let clock = Instant::now();
     let groups = sensors::write(context, &lux, &errors, &dark)?;
+    sensors::write_sky(context, &made)?;
     let pictures = views::pictures(context, &mut ledger, &made, warnings)?;
     ledger.seconds.write = clock.elapsed().as_secs_f64();
 
@@ -209,6 +212,7 @@ fn summary(
         seed: project.quality.seed,
         phases: context.choice.phases,
         sensors_method: context.choice.formula().to_string(),
+        quantity: project.output.quantity.name().to_string(),
         phases_because: context.choice.why.to_string(),
         suns,
         sky_subdivision: context.sky().subdivision(),
@@ -216,6 +220,7 @@ fn summary(
         hours: inputs.weather.steps().hours(inputs.weather.records.len()),
         time_steps: inputs.weather.records.len(),
         windows,
+        glass_left: inputs.glass_left.clone(),
         matrices_are_given,
         sensors,
         views,

@@ -36,7 +36,9 @@ pub struct Summary {
     pub sensors_method: String,
     /// Why.
     pub phases_because: String,
-    /// Suns of the five-phase method; absent otherwise.
+    /// `illuminance` or `irradiance`: what sensors tell, and the folder it is in.
+    pub quantity: String,
+    /// Suns that are traced; absent where none are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub suns: Option<SunCensus>,
     /// Reinhart subdivision of the sky.
@@ -50,6 +52,9 @@ pub struct Summary {
     pub time_steps: usize,
     /// Windows, in the order of the view matrices' columns.
     pub windows: Vec<WindowSummary>,
+    /// Of a project that names no windows, the scene's glass that was not taken for windows, and why.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub glass_left: Vec<String>,
     /// Whether V or D were made elsewhere, so that their direct parts can exceed them by noise.
     pub matrices_are_given: bool,
     /// Results per group of sensors.

@@ -14,6 +14,8 @@ pub(super) struct Looks {
     pub straight: [u32; 3],
     /// Light that paths found of windows, its sum in units; of the sky by no window, its sum.
     pub by_paths: [u32; 4],
+    /// Deviation by what light paths may have brought, of which few arrived, sr.
+    pub gathered: f64,
 }
 
 /// Deviation of a contribution of which few hits were found among so many samples; `weight` is that of one hit.
@@ -24,23 +26,25 @@ fn of_hits(hits: f64, weight: f64, samples: f64) -> f64 {
 /// Puts half a hit more upon what sensors get in each way of which few samples found light: anywhere in the sky, by the
 /// patches' solid angles. Sensors none of whose paths found light in some way are one sample of it all together: light
 /// that none of all those paths met is not around the corner.
-pub(super) fn add(result: &mut TracedMatrix, looks: &[Looks], sky: ReinhartSky, options: &CoefficientOptions, windows: usize) {
+///
+/// `to_the_sky`: paths of each sensor, all batches together, that looked for light by no window.
+pub(super) fn add(result: &mut TracedMatrix, looks: &[Looks], sky: ReinhartSky, options: &CoefficientOptions, to_the_sky: f64) {
     let batches = options.batches as usize;
     let paths = f64::from(options.near_samples) * batches as f64;
     let samples = f64::from(options.direct_samples) * batches as f64;
-    let without = |kind: usize| looks.iter().filter(|l| l.by_paths[kind] == 0).count() as f64;
-    let unlit = [without(0), without(2)];
+    let unlit = looks.iter().filter(|l| l.by_paths[2] == 0).count() as f64;
     let shares: Vec<f64> = (0..sky.len()).map(|p| sky.solid_angle(p) / (4.0 * PI)).collect();
     for (sensor, look) in looks.iter().enumerate() {
         let [ahead, hits, possible] = look.straight.map(f64::from);
         // All that could be hidden is what stands before the sensor.
         let straight = if ahead > 0.0 && hits < ahead { of_hits(hits, possible / LOOK_UNITS / ahead, samples) } else { 0.0 };
-        let by_path = |kind: usize, unlit: f64| {
-            let [hits, sum] = [look.by_paths[kind], look.by_paths[kind + 1]].map(f64::from);
-            if hits > 0.0 { of_hits(hits, sum / LOOK_UNITS / hits, paths) } else { of_hits(hits, PI, paths * unlit) }
-        };
-        let reflected = if windows > 0 { by_path(0, unlit[0]) } else { 0.0 };
-        for (part, size) in [(Part::WINDOWS, straight), (Part::REFLECTIONS, reflected), (Part::OTHERS, by_path(2, unlit[1]))] {
+        let [found, sum] = [look.by_paths[0], look.by_paths[1]].map(f64::from);
+        // Without any, there may be no way at all, and half a hit is as much as was found of the rarest light.
+        let near = if found > 0.0 { of_hits(found, sum / LOOK_UNITS / found, paths) } else { 0.0 };
+        let [found, sum] = [look.by_paths[2], look.by_paths[3]].map(f64::from);
+        let open = if found > 0.0 { of_hits(found, sum / LOOK_UNITS / found, paths) } else { of_hits(found, PI, to_the_sky * unlit) };
+        let parts = [(Part::WINDOWS, straight), (Part::REFLECTIONS, near), (Part::GATHERED, look.gathered), (Part::OTHERS, open)];
+        for (part, size) in parts {
             if size == 0.0 {
                 continue;
             }

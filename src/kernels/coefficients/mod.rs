@@ -12,12 +12,14 @@
 //! | part | estimator | shader |
 //! |---|---|---|
 //! | straight from the windows' outer sides | windows sampled evenly in solid angle, a path outside each | `coefficients/direct` |
-//! | all other light | paths from the sensor; at each diffuse vertex a ray to a window and a path outside | `coefficients/paths` |
+//! | reflected in the room | light paths from the windows, each after a path outside that tells its patch of the sky; their diffuse vertices serve *all* sensors | `coefficients/starts`, `light_paths/paths`, `coefficients/gather` |
+//! | what these must leave out: very short connections, mirrors seen by the sensor; light by no window | paths from the sensor; at each diffuse vertex a ray to a window and a path outside | `coefficients/paths` |
 //!
 //! All of it is repeated in independently scrambled batches; their spread is the standard error, with what few or no
 //! hits leave open (see [`doubt`](crate::kernels::trace::doubt)).
 
 mod doubts;
+mod gathered;
 mod options;
 #[cfg(test)]
 mod radiance_tests;
@@ -29,12 +31,12 @@ mod tracer;
 
 use crate::bins::ReinhartSky;
 use crate::error::Result;
-use crate::gpu::{Device, Plan, Shader};
+use crate::gpu::{Declared, Device, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::daylight_matrix::SkyRow;
-use crate::kernels::light_paths::{LOOKS, NUMBERS, Receiver};
+use crate::kernels::light_paths::{LOOKS, LightPath, NUMBERS, Receiver, VirtualLight, check_sensors};
 use crate::kernels::trace::{self, TraceStatistics, TraceTables, TracedBatch, TracedMatrix};
-use crate::kernels::view_matrix::check_sensors;
+use crate::kernels::view_matrix::NUMBERS as RAY_NUMBERS;
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::Scene;
@@ -45,11 +47,11 @@ pub use crate::scene::{GlazedWindow, Pane};
 pub use options::CoefficientOptions;
 
 gpu_struct! {
-    /// Parameters of `coefficients/direct` and `coefficients/paths`.
+    /// Parameters of this module's kernels.
     pub(crate) struct CoefficientParams {
         seed: u32,
         sensors: u32,
-        /// Per sensor and batch.
+        /// Per sensor and batch; light paths per bin and batch.
         samples: u32,
         batches: u32,
         /// Sky patches with the ground.
@@ -67,8 +69,9 @@ gpu_struct! {
         open: u32,
         sky_rows: u32,
         row_height: f32,
-        padding0: u32,
-        padding1: u32,
+        /// Of all windows.
+        bins: u32,
+        padding: u32,
     }
 }
 
@@ -77,12 +80,15 @@ const MOST_TILE_SENSORS: usize = 1024;
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<Shader> {
-    vec![DIRECT, PATHS]
+    vec![DIRECT, PATHS, STARTS, GATHER]
 }
 
-const DIRECT: Shader = trace::shader("coefficients/direct", &[LOOKS, &[CoefficientParams::DECLARED, Receiver::DECLARED, SkyRow::DECLARED]]);
-const PATHS: Shader =
-    trace::shader("coefficients/paths", &[LOOKS, NUMBERS, &[CoefficientParams::DECLARED, Receiver::DECLARED, SkyRow::DECLARED]]);
+const STRUCTS: &[Declared] =
+    &[CoefficientParams::DECLARED, Receiver::DECLARED, SkyRow::DECLARED, LightPath::DECLARED, VirtualLight::DECLARED];
+const DIRECT: Shader = trace::shader("coefficients/direct", &[LOOKS, STRUCTS]);
+const PATHS: Shader = trace::shader("coefficients/paths", &[LOOKS, NUMBERS, STRUCTS]);
+const STARTS: Shader = trace::shader("coefficients/starts", &[STRUCTS]);
+const GATHER: Shader = trace::shader("coefficients/gather", &[RAY_NUMBERS, STRUCTS]);
 
 /// Computes C for `sensors`: rows sensors, columns the sky's patches with the ground first, RGB. `windows` may be empty.
 /// Their panes are surfaces of the scene; all other windows that the scene knows absorb
@@ -104,8 +110,8 @@ pub fn compute(
     options.check()?;
     let around: Vec<glam::DVec3> = sensors.iter().map(|s| s.position).collect();
     let tables = TraceTables::with_panes(scene, windows, &around)?;
-    let tracer = Tracer::new(device, tables, windows.len(), sky, options)?;
     let (rows, patches, batches) = (sensors.len(), sky.len(), options.batches as usize);
+    let mut tracer = Tracer::new(device, tables, windows, rows, sky, options)?;
     let empty = TracedBatch { total: Matrix::zeros(rows, patches, 3), direct: Matrix::zeros(rows, patches, 3) };
     let mut result = TracedMatrix {
         total: Matrix::zeros(rows, patches, 3),
@@ -118,6 +124,9 @@ pub fn compute(
     let plan = Plan::new(device, options.memory, rows, &[tracer.bytes_per_sensor(), tracer.bytes_per_sensor()], &[], 1)?
         .at_most(MOST_TILE_SENSORS);
     for chunk in plan.chunks() {
+        tracer.look_for_holes(&sensors[chunk.first..chunk.first + chunk.count], chunk.first, &mut result.statistics)?;
+    }
+    for chunk in plan.chunks() {
         let stage = |part: f64| {
             progress.update("daylight coefficients", (chunk.first as f64 + part * chunk.count as f64) / rows as f64);
             if progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
@@ -126,7 +135,7 @@ pub fn compute(
         looks.extend(tracer.compute_tile(tile, chunk.first, &mut result, &stage)?);
     }
     if options.first_round {
-        doubts::add(&mut result, &looks, sky, options, windows.len());
+        doubts::add(&mut result, &looks, sky, options, tracer.paths_to_the_sky());
     }
     progress.update("daylight coefficients", 1.0);
     Ok(result)

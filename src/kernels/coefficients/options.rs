@@ -3,8 +3,9 @@
 use crate::error::{Error, Result};
 use crate::gpu::DEFAULT_MEMORY;
 use crate::kernels::trace::ROULETTE_WEIGHT;
+use crate::kernels::view_matrix::{MOST_LIGHT_PATHS, MOST_VISIBILITY_RAYS};
 
-/// How much to sample. Every number is per sensor *and batch*.
+/// How much to sample. Every number is per sensor or bin *and batch*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoefficientOptions {
     /// Radiance's `-ab` of `rcontrib -I+`: 1 is light that nothing scatters, n allows n − 1 diffuse reflections, outside
@@ -12,8 +13,16 @@ pub struct CoefficientOptions {
     pub bounces: Option<u32>,
     /// Samples of the windows per sensor.
     pub direct_samples: u32,
-    /// Paths per sensor.
+    /// Light paths from each directional bin of each window, which all sensors share; 0: the paths from the sensors find
+    /// everything, which is slow and needs no windows.
+    pub light_paths: u32,
+    /// Rays from a sensor to the light paths' vertices, per bin and reflection; at most 32.
+    pub visibility_rays: u32,
+    /// Paths per sensor: for short connections and mirrors, and for light that comes by no window.
     pub near_samples: u32,
+    /// Connections shorter than this multiple of the windows' size are left to `near_samples`, longer ones
+    /// too if windows are small and far away.
+    pub near_radius: f32,
     /// Independent repetitions; their spread gives the standard error. At least 2.
     pub batches: u32,
     /// Same seed, same device: same bits.
@@ -34,7 +43,10 @@ impl Default for CoefficientOptions {
         Self {
             bounces: None,
             direct_samples: 512,
+            light_paths: 256,
+            visibility_rays: 4,
             near_samples: 512,
+            near_radius: 0.4,
             batches: 8,
             seed: 1,
             roulette_weight: ROULETTE_WEIGHT,
@@ -52,6 +64,15 @@ impl CoefficientOptions {
     pub(super) fn check(&self) -> Result<()> {
         if self.batches < 2 {
             return Err(Error::new("at least two batches are needed for a standard error"));
+        }
+        if !(1..=MOST_VISIBILITY_RAYS).contains(&self.visibility_rays) || self.light_paths > MOST_LIGHT_PATHS || !(self.near_radius > 0.0) {
+            return Err(Error::new(format!(
+                "{} light paths, {} visibility rays and a near radius of {} are outside what is possible",
+                self.light_paths, self.visibility_rays, self.near_radius
+            ))
+            .help(format!(
+                "light paths up to {MOST_LIGHT_PATHS}, visibility rays 1 to {MOST_VISIBILITY_RAYS}; use more batches for more samples"
+            )));
         }
         for (what, samples) in [("window samples", self.direct_samples), ("paths", self.near_samples)] {
             if !(1..=MOST_SAMPLES).contains(&samples) {

@@ -99,19 +99,13 @@ fn a_room_with_reveal_and_ground_agrees_with_rfluxmtx_of_two_phases() {
     let glazed = GlazedWindow { window, pane: Pane { transmissivity: [0.85, 0.9, 0.8], refraction_index: 1.52 } };
     let sensors: Vec<Sensor> =
         places.iter().map(|(p, d)| Sensor { position: DVec3::from_array(*p), direction: DVec3::from_array(*d), line: 0 }).collect();
-    let options = CoefficientOptions {
-        bounces: Some(4),
-        near_samples: 4096,
-        direct_samples: 1024,
-        keep_batches: true,
-        ..CoefficientOptions::default()
-    };
+    let options = CoefficientOptions { bounces: Some(4), direct_samples: 1024, keep_batches: true, ..CoefficientOptions::default() };
     let sky = ReinhartSky::new(1).unwrap();
     let c = compute(&device, &scene, &[glazed], &sensors, sky, &options, &Silent).unwrap();
     let mut worst: f64 = 0.0;
     for sensor in 0..sensors.len() {
-        // The ground, the sky's lower and upper half.
-        for part in [0..1, 1..61, 61..146] {
+        // The ground, the sky's lower and upper half, all.
+        for part in [0..1, 1..61, 61..146, 0..146] {
             let (theirs, their_error) =
                 mean_and_error(&(0..REPEATS).map(|i| sum(peer.row(sensor * REPEATS + i), part.clone())).collect::<Vec<_>>());
             let (ours, error) = mean_and_error(&c.batches.iter().map(|b| sum(b.total.row(sensor), part.clone())).collect::<Vec<_>>());
@@ -121,8 +115,10 @@ fn a_room_with_reveal_and_ground_agrees_with_rfluxmtx_of_two_phases() {
                 100.0 * difference
             );
             assert!((ours - theirs).abs() < 4.0 * error.hypot(their_error) + 0.003 * theirs, "{ours} {theirs}");
-            worst = worst.max(difference.abs());
+            if part.len() == 146 {
+                worst = worst.max(difference.abs());
+            }
         }
     }
-    assert!(worst < 0.05, "{worst}");
+    assert!(worst < 0.015, "{worst}");
 }

@@ -286,8 +286,14 @@ impl<'d> ImageTracer<'d> {
         let (o, device) = (&self.options, self.device);
         let invocations = u64::from(params.pixels) * u64::from(params.batches);
         let seed = stream_seed(o.seed, round, 0x726f_756e);
-        let path_options =
-            LightPathOptions { paths: self.paths_per_round(), batches: o.batches, bounces: o.bounces, seed, room: self.room() };
+        let path_options = LightPathOptions {
+            paths: self.paths_per_round(),
+            batches: o.batches,
+            bounces: o.bounces,
+            seed,
+            room: self.room(),
+            started: false,
+        };
         let paths = LightPaths::new(device, &self.tables, &self.scene, &self.light_paths, path_options, None)?;
         for vertex in 0..paths.most_vertices() {
             let go_on = paths.advance(vertex, statistics)?;

@@ -4,6 +4,8 @@
 pub(crate) mod doubts;
 pub(crate) mod images;
 mod near;
+mod rounds;
+mod sensors;
 
 use crate::error::Result;
 use crate::gpu::{BindGroup, Buffer, Device, Kernel, Shader};
@@ -11,6 +13,8 @@ use crate::gpu_struct;
 use crate::kernels::trace::{self, Counters, FAR_AWAY, TraceScene, TraceStatistics, TraceTables, check_finished};
 
 pub(crate) use near::{LOOK_UNITS, LOOKS, NEAR, NearOptions, NearPaths, near_paths};
+pub(crate) use rounds::{Gathering, Rounds, follow, reach};
+pub(crate) use sensors::{beside_surface, check_sensors};
 
 gpu_struct! {
     /// Parameters of `light_paths/paths`.
@@ -30,9 +34,11 @@ gpu_struct! {
         pub common_normal: u32,
         /// Box around the receivers, and their normal if they have it in common.
         pub receivers_low: [f32; 3],
-        pub padding0: u32,
+        /// Whether the paths are given as they leave the windows.
+        pub started: u32,
         pub receivers_high: [f32; 3],
-        pub padding1: u32,
+        /// Most diffuse reflections, with those before a path was given.
+        pub most_bounces: u32,
         pub normal: [f32; 3],
         pub padding2: u32,
     }
@@ -60,7 +66,8 @@ gpu_struct! {
         /// Random pairs used so far.
         pub pairs: u32,
         pub flux: [f32; 3],
-        pub padding: u32,
+        /// Of given paths: the sky patch that their light comes from, and 65536 times its reflections outside.
+        pub label: u32,
     }
 }
 
@@ -76,7 +83,8 @@ gpu_struct! {
         pub goes_on: u32,
         /// Flux that leaves diffusely; 0 where there is no light.
         pub flux: [f32; 3],
-        pub padding2: u32,
+        /// That of its path.
+        pub label: u32,
     }
 }
 
@@ -124,6 +132,8 @@ pub(crate) struct LightPathOptions {
     pub seed: u32,
     /// Lights per bin and batch that are kept until [`LightPaths::forget`]; at least `paths`.
     pub room: u32,
+    /// Whether [`LightPaths::paths`] is given its starts, rather than paths that leave the windows evenly.
+    pub started: bool,
 }
 
 /// Light paths of all bins and batches, advanced by one diffuse vertex at a time.
@@ -135,7 +145,8 @@ pub(crate) struct LightPaths<'a> {
     window_count: u32,
     culling: LightPathParams,
     kernel: &'a LightPathKernels,
-    paths: Buffer,
+    /// `[batch][bin][path]`
+    pub paths: Buffer,
     compact: BindGroup,
     counters: Buffer,
     vertex_lights: Buffer,
@@ -242,6 +253,8 @@ impl<'a> LightPaths<'a> {
             vertex,
             last: u32::from(vertex + 1 == self.most_vertices()),
             batches: o.batches,
+            started: u32::from(o.started),
+            most_bounces: if o.started { o.bounces.map_or(u32::MAX, |b| b.saturating_sub(1)) } else { u32::MAX },
             ..self.culling
         };
         let params = self.device.uniform("light path parameters", &params)?;

@@ -81,15 +81,17 @@ impl Daylight {
 
 /// File, text, and the fault put in its place.
 const VIEW_FAULTS: &[(&str, &str, &str)] = &[
-    ("light_paths/paths", "rings[ring].cos2_low - rings[ring].cos2_high", "rings[ring].cos2_low + rings[ring].cos2_high"),
+    ("light_paths/paths", "let flux = window.area *", "let flux = 1.5 * window.area *"),
+    ("shared/window", "rings[ring].cos2_low - rings[ring].cos2_high", "rings[ring].cos2_low + rings[ring].cos2_high"),
     ("light_paths/paths", "path.flux /= survival;", ""),
     ("light_paths/compact", "light.strength > 0.0 &&", "light.strength > 0.05 &&"),
     ("light_paths/compact", "lights[row * params.room + kept]", "lights[row * params.room]"),
     ("shared/connection", "let cos_light = -dot(", "let cos_light = dot("),
     ("shared/connection", "distance2 * max(distance2, near2)", "distance2 * distance2"),
-    ("view_matrix/gather", "passed * light.flux / light.strength", "passed * light.flux"),
+    ("view_matrix/gather", "arrived * weight", "arrived.zyx * weight"),
+    ("shared/gathering", "passed * light.flux / light.strength", "passed * light.flux"),
     ("view_matrix/gather", "* FRAC_1_PI", "* 0.35"),
-    ("view_matrix/gather", "distance * 0.999999", "distance * 1.5"),
+    ("shared/gathering", "distance * 0.999999", "distance * 1.5"),
     ("view_matrix/direct", "let value = passed * share + dither;", "let value = passed * passed * share + dither;"),
     ("light_paths/near", "1.0 - ratio * ratio", "1.0 - ratio"),
     ("light_paths/near", "specular_before = true;", "specular_before = false;"),

@@ -310,10 +310,12 @@ fn light_paths_that_none_of_few_rays_reach_are_doubted() {
         })
     };
     assert!(worst() < 1.0);
-    for (from, to) in
-        [("weight * weight * squares", "weight * squares"), ("alike += 1.0;", "alike += 4.0;"), ("weight * f32(RAYS)", "step * f32(RAYS)")]
-    {
-        let found = mutation::with("view_matrix/gather", from, to, worst);
+    for (path, from, to) in [
+        ("view_matrix/gather", "weight * weight * squares", "weight * squares"),
+        ("shared/gathering", "alike += 1.0;", "alike += 4.0;"),
+        ("view_matrix/gather", "weight * f32(RAYS)", "step * f32(RAYS)"),
+    ] {
+        let found = mutation::with(path, from, to, worst);
         assert!(!(found < 1.0), "'{to}' is not found out: {found}");
     }
 }

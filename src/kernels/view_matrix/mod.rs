@@ -28,7 +28,9 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Device, Kernel, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::light_paths::images::{ReceiverPoint, WindowImages};
-use crate::kernels::light_paths::{LightPathKernels, NEAR, NearOptions, Receiver, VirtualLight, finish_dispatch, near_paths};
+use crate::kernels::light_paths::{
+    LightPathKernels, NEAR, NearOptions, Receiver, Rounds, VirtualLight, beside_surface, check_sensors, finish_dispatch, near_paths, reach,
+};
 use crate::kernels::trace::{
     self, CELL_CAPACITY, Counters, TraceScene, TraceStatistics, TraceTables, TracedBatch, TracedMatrix, WindowSurfaces, doubt,
 };
@@ -72,18 +74,16 @@ gpu_struct! {
 }
 
 crate::gpu_constants! {
-    const NUMBERS = {
+    pub(crate) const NUMBERS = {
         /// Most rays from a sensor to the vertices of one bin.
-        const MOST_VISIBILITY_RAYS: u32 = 32;
+        pub(crate) const MOST_VISIBILITY_RAYS: u32 = 32;
     }
 }
 
 /// Rays to each image of the windows, at least.
 const LEAST_IMAGE_RAYS: u32 = 16;
-/// Virtual lights of one round, at most, bytes.
-const MOST_LIGHT_BYTES: u64 = 1 << 27;
 /// Bounds the loops of `view_matrix/gather`.
-const MOST_LIGHT_PATHS: u32 = 1 << 13;
+pub(crate) const MOST_LIGHT_PATHS: u32 = 1 << 13;
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<Shader> {
@@ -156,26 +156,6 @@ pub fn compute(
     Ok(result)
 }
 
-/// Checks that sensors have a place and a direction.
-///
-/// # Errors
-/// If one has not.
-pub(crate) fn check_sensors(sensors: &[Sensor]) -> Result<()> {
-    for (i, sensor) in sensors.iter().enumerate() {
-        if !sensor.position.is_finite() || !sensor.direction.is_finite() || sensor.direction.length() < 1e-12 {
-            return Err(Error::new(format!("sensor {} has no usable position and direction", i + 1))
-                .help("each line of a points file needs x y z dx dy dz, the direction not zero"));
-        }
-    }
-    Ok(())
-}
-
-/// A sensor that lies on a surface is moved a little to the side it faces (1e-5 of the windows'
-/// size), or rounding would put it behind the surface.
-pub(crate) fn beside_surface(position: Vec3, direction: Vec3) -> Vec3 {
-    position + direction * (1e-5 * (position.abs().max_element() + 0.5))
-}
-
 struct ViewTracer<'d> {
     device: &'d Device,
     tables: TraceTables,
@@ -183,6 +163,7 @@ struct ViewTracer<'d> {
     scene: TraceScene,
     options: ViewOptions,
     light_paths: LightPathKernels,
+    rounds: Rounds,
     gather: Kernel,
     direct: Kernel,
     near: Kernel,
@@ -201,6 +182,7 @@ impl<'d> ViewTracer<'d> {
             scene,
             options: *options,
             light_paths: LightPathKernels::new(device)?,
+            rounds: Rounds::of(device, &tables, options.batches, options.light_paths),
             gather: Kernel::new(device, &GATHER, &[glass[0], ("RAYS", f64::from(options.visibility_rays))])?,
             direct: Kernel::new(device, &DIRECT, &glass)?,
             near: Kernel::new(device, &NEAR, &glass)?,
@@ -212,6 +194,7 @@ impl<'d> ViewTracer<'d> {
 
     /// One tile of sensors; `first` is the number of its first sensor.
     fn compute_tile(&self, sensors: &[Sensor], first: usize, result: &mut TracedMatrix, stage: &dyn Fn(f64) -> Result<()>) -> Result<()> {
+        let corners = || self.windows.iter().flat_map(|w| w.triangles.iter().flatten());
         let records: Vec<Receiver> = sensors
             .iter()
             .enumerate()
@@ -219,7 +202,14 @@ impl<'d> ViewTracer<'d> {
                 position: beside_surface(self.tables.normalization.point(s.position), s.direction.normalize().as_vec3()).to_array(),
                 number: (first + i) as u32,
                 normal: s.direction.normalize().as_vec3().to_array(),
-                role: self.reach(s.position).to_bits(),
+                role: reach(
+                    &self.tables,
+                    corners(),
+                    s.position,
+                    (self.options.light_paths, self.options.batches),
+                    self.options.near_radius,
+                )
+                .to_bits(),
             })
             .collect();
         let sensors_buffer = self.device.upload("sensors", &records)?;
@@ -268,7 +258,7 @@ impl<'d> ViewTracer<'d> {
             (None, None)
         };
         let mut values = vec![0.0f64; batches];
-        let paths = f64::from(self.paths_per_round() * self.rounds());
+        let paths = f64::from(self.rounds.all());
         let pattern = doubt::pattern(doubt::Part::GATHERED, batches);
         for sensor in 0..records.len() {
             let open = gathered.as_ref().and_then(|g| self.doubt_of_gathered(g, sensor, records.len()));

@@ -6,11 +6,14 @@
 //! modifier set, or Honeybee's generic one. `modifier_blk`, energy properties, multipliers and light paths have no
 //! effect.
 //!
-//! **Windows.** Every aperture and glass door to the outside whose modifier is Glass or BSDF, joined by plane,
+//! **Windows.** Every aperture, door and face to the outside whose modifier is Glass or BSDF, joined by plane,
 //! orientation, modifier and dynamic group. Their names: the dynamic group's, the aperture's if it is alone, else
 //! where they look (`south`, `south-2`). Normals point into the room, whichever way the model has them.
 //!
 //! **Units** become metres. **States** of dynamic groups: the first counts, and a warning names the groups.
+//!
+//! Scattering data have their front outside, as WINDOW writes them; in the static scene of honeybee-radiance, where
+//! the polygon looks outside, Radiance turns them round, and a warning says so.
 //!
 //! Messages name the object by its place in the file, identifier and display name: `rooms[0].faces[3]
 //! 'Office_South' (South wall)`.

@@ -5,7 +5,7 @@ use crate::bins::{AngleBasis, KlemsBasis};
 use crate::bsdf::{self, Bsdf};
 use crate::error::{Error, Result, Warnings};
 use crate::scene::pane::REFRACTION_INDEX;
-use crate::scene::{MaterialKind, Pane, rad};
+use crate::scene::{MaterialKind, rad};
 use glam::DVec3;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -34,16 +34,6 @@ pub(super) enum Kind {
 pub(super) struct Modifier {
     pub identifier: String,
     pub kind: Kind,
-}
-
-impl Modifier {
-    /// The pane, if it is one.
-    pub fn glass(&self) -> Option<Pane> {
-        match &self.kind {
-            Kind::Material(kind) => Pane::of_material(kind),
-            Kind::Bsdf { .. } => None,
-        }
-    }
 }
 
 /// Where a surface stands, which says what its modifier is if it has none of its own.

@@ -7,7 +7,7 @@ use super::windows::{Opening, RoomSolid, doubled};
 use crate::error::{Error, Result, Warnings};
 use crate::limits;
 use crate::scene::polygon::triangulate;
-use crate::scene::{Material, MaterialIndex, Scene, SurfaceOrigin, Triangle};
+use crate::scene::{Material, MaterialIndex, MaterialKind, Scene, SurfaceOrigin, Triangle};
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
@@ -189,7 +189,7 @@ impl<'a, 'w> Reader<'a, 'w> {
                 // As honeybee-radiance: the second side of a wall between rooms stands a little within its own room.
                 punched = punched.moved(-2.0 * self.tolerance * outline.normal());
             }
-            self.surface(face, &punched, &modifier)?;
+            self.part_of_a_wall(face, &punched, modifier, outdoors, None)?;
         }
         self.shades(face, set)?;
         Ok(outline)
@@ -227,27 +227,44 @@ impl<'a, 'w> Reader<'a, 'w> {
         if again {
             return Ok(outline);
         }
-        let lets_light_in = modifier.glass().is_some() || matches!(modifier.kind, Kind::Bsdf { .. });
-        if outdoors && lets_light_in {
-            if outline.triangles().triangles.is_empty() {
-                self.warn(node.error("it has no area and is left out").help("remove it"));
-                return Ok(outline);
-            }
-            let origin = self.origin(node)?;
-            self.openings.push(Opening { face: outline.clone(), modifier, group, origin });
-        } else {
-            if outdoors && matches!(modifier.kind, Kind::Material(crate::scene::MaterialKind::Trans { .. })) {
-                let told = node.error(format!(
-                    "its modifier '{}' is a trans: it counts as an opaque part of the wall, which lets no daylight in",
-                    modifier.identifier
-                ));
-                self.warn(
-                    told.help("give it a Glass or BSDF modifier; 'lucarne bsdf isotropic' makes scattering data of a diffusing pane"),
-                );
-            }
-            self.surface(node, &outline, &modifier)?;
-        }
+        self.part_of_a_wall(node, &outline, modifier, outdoors, group)?;
         Ok(outline)
+    }
+
+    /// A face, aperture or door: an opening if it lets light in from outside, whatever it is called.
+    fn part_of_a_wall(
+        &mut self,
+        node: &Node<'a>,
+        face: &Face3d,
+        modifier: Rc<Modifier>,
+        outdoors: bool,
+        group: Option<String>,
+    ) -> Result<()> {
+        let light = match &modifier.kind {
+            Kind::Bsdf { .. } | Kind::Material(MaterialKind::Glass { .. }) => None,
+            Kind::Material(MaterialKind::Trans { .. }) => Some("a trans"),
+            Kind::Material(MaterialKind::Void) => Some("void"),
+            Kind::Material(_) => return self.surface(node, face, &modifier),
+        };
+        if let (Some(what), true) = (light, outdoors) {
+            let told = node.error(format!(
+                "its modifier '{}' is {what}: light that passes it from outside counts only for sensors that follow light straight to the sky",
+                modifier.identifier
+            ));
+            self.warn(told.help(
+                "they do where all windows are of glass (phases = \"direct\"); else give it a Glass or BSDF modifier: 'lucarne bsdf isotropic' \
+                 makes data of a diffusing pane",
+            ));
+        }
+        if !outdoors || light.is_some() {
+            return self.surface(node, face, &modifier);
+        }
+        if face.triangles().triangles.is_empty() {
+            self.warn(node.error("it has no area and is left out").help("remove it"));
+            return Ok(());
+        }
+        self.openings.push(Opening { face: face.clone(), modifier, group, origin: self.origin(node)? });
+        Ok(())
     }
 
     fn shades(&mut self, node: &Node<'a>, set: Option<&Node<'a>>) -> Result<()> {

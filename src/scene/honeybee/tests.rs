@@ -86,7 +86,8 @@ fn areas_counts_and_sensors_are_those_that_honeybee_radiance_writes() {
     assert_eq!(model.views[0].options, "-vth -vp 2 5 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180");
     assert_eq!(model.groups, [("facade".to_string(), 2)]);
     let texts: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-    assert!(texts.len() == 1 && texts[0].contains("'facade' (2 states)"), "{texts:?}");
+    assert!(texts.len() == 2 && texts.iter().any(|t| t.contains("'facade' (2 states)")), "{texts:?}");
+    assert!(texts.iter().any(|t| t.contains("'west_blind' and all others of a BSDF") && t.contains("front outside")), "{texts:?}");
 }
 
 #[test]
@@ -172,13 +173,16 @@ fn units_become_metres() {
             m["units"] = unit.into();
         });
         let model = model.unwrap();
-        assert!(warnings.len() == 1, "{warnings:?}");
+        assert!(warnings.len() == 2, "{warnings:?}");
         for ((a, (n, x)), (b, (m, y))) in areas(&model).iter().zip(&areas(&metres)) {
             assert!(a == b && n == m && (x - y).abs() < 1e-9 * y, "{unit} {a}: {x} {y}");
         }
         let [a, b] = [&model, &*metres].map(|m| m.sensors[0].sensors[3].position);
         assert!((a - b).length() < 1e-12);
-        assert!(model.views[0].options.starts_with("-vth -vp 2"), "{}", model.views[0].options);
+        let point = |m: &Model| m.views[0].options.split(' ').skip(2).take(3).map(|w| w.parse::<f64>().unwrap()).collect::<Vec<_>>();
+        for (a, b) in point(&model).iter().zip(point(&metres)) {
+            assert!((a - b).abs() < 1e-9, "{unit} {a}");
+        }
     }
     // Drawn in millimetres and said to be metres.
     let (model, warnings) = changed(|m| m["units"] = "Millimeters".into());
@@ -353,6 +357,26 @@ fn what_a_run_can_go_on_with_is_told_too() {
         }),
         &["'west_blind'", "'canvas' is a trans"],
     );
+    told(
+        Box::new(move |m| {
+            let wall = face(m, 0, "Office_Right");
+            m["rooms"][0]["faces"][wall]["doors"][0]["properties"]["radiance"] = serde_json::json!({"modifier": {"type": "Void"}});
+        }),
+        &["'terrace'", "is void"],
+    );
+}
+
+#[test]
+fn a_wall_of_glass_is_a_window_too() {
+    let (model, _) = changed(|m| {
+        let wall = m["rooms"][0]["faces"].as_array().unwrap().iter().position(|f| f["identifier"] == "Office_Right").unwrap();
+        m["rooms"][0]["faces"][wall]["properties"]["radiance"] = serde_json::json!({"modifier": "clear_double"});
+    });
+    let model = model.unwrap();
+    let wall = model.windows.iter().find(|w| w.window.name == "Office_Right").unwrap();
+    // 6 m × 2.8 m less the door of 2.08 m².
+    assert!((wall.window.area() - 14.72).abs() < 1e-9 && (wall.window.frame.z - DVec3::NEG_X).length() < 1e-9);
+    assert!(!model.scene.surfaces.iter().any(|s| s.name == "Office_Right"));
 }
 
 #[test]
@@ -415,7 +439,8 @@ fn the_folder_that_honeybee_radiance_writes_holds_the_same_as_its_model() {
     let blind = folder.windows.iter().find(|w| w.window.name == "west_blind").unwrap();
     assert!(matches!(&blind.glazing, ModelGlazing::Bsdf(file) if file.ends_with("bsdf/blind.xml")) && blind.window.basis.len() == 41);
     let texts: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-    assert!(texts.len() == 1 && texts[0].contains("'facade' (2 states)"), "{texts:?}");
+    assert!(texts.len() == 2 && texts.iter().any(|t| t.contains("'facade' (2 states)")), "{texts:?}");
+    assert!(texts.iter().any(|t| t.contains("'west_blind' and all others of a BSDF") && t.contains("front outside")), "{texts:?}");
     // An empty one.
     let empty = tempfile::tempdir().unwrap();
     std::fs::create_dir(empty.path().join("scene")).unwrap();

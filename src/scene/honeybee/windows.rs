@@ -70,6 +70,16 @@ pub(super) fn group(openings: Vec<Opening>, tolerance: f64, warnings: &mut Warni
         });
         sorted[index].push(opening);
     }
+    // honeybee-radiance has the fronts of its static polygons outside, but those of its three-phase groups inside.
+    let is_static = |o: &&Opening| o.group.is_none() && matches!(o.modifier.kind, Kind::Bsdf { .. });
+    if let Some(first) = sorted.iter().flatten().find(is_static) {
+        let told = format!(
+            "scattering data have their front outside, as WINDOW and three phases have it: '{}' and all others of a BSDF; Radiance's own rays in \
+             the static scene of honeybee-radiance meet them turned round",
+            first.origin.name
+        );
+        warnings.push(Error::new(told).file(&first.origin.file).help("of data that are the same from both sides it makes no difference"));
+    }
     let mut taken = HashSet::new();
     sorted.into_iter().map(|group| window(group, &mut taken, warnings)).collect()
 }

@@ -3,8 +3,8 @@
 //! A pane's T is diagonal: light leaves in the bin in which it comes, weakened by the mean of the glass formula
 //! ([`Pane::at`]) over the bin's ring. Layers are put together as `lucarne bsdf layer` does.
 
-use super::windows::{checked, in_colour};
 use crate::bins::{AngleBasis, KlemsBasis};
+use crate::bsdf::evaluate::Scattering;
 use crate::bsdf::isotropic::{AngularTable, Sample};
 use crate::bsdf::layer::{LayerWords, combine_visible, read_layers};
 use crate::bsdf::{self, Bsdf};
@@ -103,7 +103,7 @@ impl Filled {
     }
 }
 
-fn describe(pane: &Pane) -> String {
+pub(super) fn describe(pane: &Pane) -> String {
     let ([r, g, b], [a, ..]) = (pane.at(1.0).0, pane.transmissivity);
     let passes = if r == g && g == b { format!("{g:.3}") } else { format!("{r:.3} {g:.3} {b:.3} (RGB)") };
     format!("clear glass of transmittance {passes} at the normal (Radiance's transmissivity {a:.4})")
@@ -159,7 +159,7 @@ fn of_scene(project: &Project, section: &WindowSection, window: &Window, scene: 
 }
 
 /// T of a pane: diagonal, each colour for itself, the mean of each ring weighted by projected solid angle.
-fn pane_transmission(pane: &Pane, basis: &AngleBasis) -> Result<Matrix<f64>> {
+pub(super) fn pane_transmission(pane: &Pane, basis: &AngleBasis) -> Result<Matrix<f64>> {
     let bins = basis.len();
     let mut t = Matrix::zeros(bins, bins, 3);
     for colour in 0..3 {
@@ -216,6 +216,23 @@ pub(super) fn data_of_states(project: &Project, section: &WindowSection) -> Vec<
         },
         _ => section.bsdf_files().iter().map(|file| bsdf::read(file, &mut Warnings::new()).ok()).collect(),
     }
+}
+
+/// The scattering function, with warnings of doubtful values.
+pub(super) fn checked(bsdf: &bsdf::Bsdf, file: &Path, warnings: &mut Warnings) -> Result<Scattering> {
+    let mut found = Warnings::new();
+    let scattering = Scattering::checked(bsdf, &mut found).map_err(|e| e.file(file))?;
+    found.iter().for_each(|w| warnings.push(w.clone().file(file)));
+    Ok(scattering)
+}
+
+/// A grey matrix as RGB.
+pub fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
+    if matrix.components() == 3 {
+        return matrix;
+    }
+    let data = matrix.data().iter().flat_map(|&v| [v; 3]).collect();
+    Matrix::from_data(matrix.rows(), matrix.cols(), 3, data).expect("three values per element")
 }
 
 #[cfg(test)]

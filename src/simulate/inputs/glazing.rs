@@ -88,7 +88,8 @@ fn sky(project: &Project) -> Result<ReinhartSky> {
     {
         return Ok(sky);
     }
-    ReinhartSky::new(if windows.iter().all(|w| is_diffuse(project, w)) { DIFFUSE_SUBDIVISION } else { DIRECTIONAL_SUBDIVISION })
+    let diffuse = !windows.is_empty() && windows.iter().all(|w| is_diffuse(project, w));
+    ReinhartSky::new(if diffuse { DIFFUSE_SUBDIVISION } else { DIRECTIONAL_SUBDIVISION })
 }
 
 #[cfg(test)]

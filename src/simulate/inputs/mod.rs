@@ -1,6 +1,7 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 pub(crate) mod filling;
+mod found;
 pub(crate) mod glazing;
 pub(crate) mod grids;
 pub(crate) mod import;
@@ -12,11 +13,11 @@ mod shade_check;
 pub mod suns;
 pub(crate) mod windows;
 
+pub use self::filling::in_colour;
 use self::import::{Imported, sun_matrices};
 use self::shade::Shade;
 use self::suns::SunSet;
 pub(crate) use self::windows::ProjectWindow;
-pub use self::windows::in_colour;
 pub(crate) use self::windows::read_surfaces;
 use self::windows::{check_sides, read_windows};
 use crate::bins::ReinhartSky;
@@ -49,6 +50,8 @@ pub struct Inputs {
     pub seem_dark: Vec<bool>,
     /// What the windows ask of a method that is left open.
     pub glazing: Glazing,
+    /// Of a project that names no windows, the scene's glass that was not taken for windows, and why.
+    pub glass_left: Vec<String>,
 }
 
 /// A group of sensors.
@@ -99,6 +102,11 @@ impl Inputs {
         for section in &project.windows {
             windows.extend(read_windows(project, section, patches, &mut scene, warnings)?);
         }
+        let mut glass_left = Vec::new();
+        if project.windows.is_empty() {
+            let found = found::find(&mut scene, warnings)?;
+            (windows, glass_left) = (found.windows, found.left);
+        }
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
@@ -117,7 +125,10 @@ impl Inputs {
         let seem_dark = reach::seem_dark(&scene, light, &everywhere);
         reach::warn(&sensors, &seem_dark, direct, warnings);
         models::warn(project, warnings)?;
-        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing };
+        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        if project.output.quantity.is_solar() {
+            inputs.warn_of_solar(project, warnings);
+        }
         inputs.check_suns(project, warnings)?;
         inputs.check_peaks(project, warnings);
         Ok(inputs)
@@ -144,6 +155,23 @@ impl Inputs {
             sun_matrices(files, &suns)?;
         }
         Ok(())
+    }
+
+    /// Materials are those of light.
+    fn warn_of_solar(&self, project: &Project, warnings: &mut Warnings) {
+        let windows: Vec<&str> = self.windows.iter().map(|w| w.name.as_str()).collect();
+        let behind = match &windows[..] {
+            [] => String::new(),
+            names => format!(", and the transmittance of light of windows '{}'", names.join("', '")),
+        };
+        warnings.push(
+            Error::new(format!(
+                "irradiance is computed with the scene's reflectances of light{behind} as those of the whole solar spectrum"
+            ))
+            .file(&project.file)
+            .field("output.quantity")
+            .help("give scene files and windows with solar values for this project; coated glass passes much less of the sun's heat"),
+        );
     }
 
     /// Sharp glare that the sky's patches and the bins blur: a sun seen through a pane, but not traced.
@@ -219,7 +247,7 @@ impl Inputs {
         let choice = self.choice(project);
         // Without windows no sun is taken for unreachable. Sensors may see the sky by no window.
         let windows: Vec<Window> = if project.quality.prune && !choice.direct { self.sunny_windows() } else { Vec::new() };
-        SunSet::new(&self.weather, project.method.suns_of(&choice), &windows)
+        SunSet::of(&self.weather, project.method.suns_of(&choice), &windows, project.output.quantity)
     }
 
     /// Windows through which suns are traced, by their shade or their scattering data.

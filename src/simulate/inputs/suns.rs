@@ -4,6 +4,7 @@ use crate::bins::ReinhartSky;
 use crate::error::{Error, Result};
 use crate::kernels::sun_matrix::Sun;
 use crate::scene::Window;
+use crate::simulate::project::Quantity;
 use crate::simulate::project::method::SunScheme;
 use crate::sky::{SkyOptions, SunHour, sun_hours};
 use crate::weather::Weather;
@@ -68,11 +69,20 @@ impl SunSet {
     /// # Errors
     /// As [`sun_hours`].
     pub fn new(weather: &Weather, scheme: SunScheme, windows: &[Window]) -> Result<Self> {
+        Self::of(weather, scheme, windows, Quantity::Illuminance)
+    }
+
+    /// The same of a quantity at sensors.
+    ///
+    /// # Errors
+    /// As [`sun_hours`].
+    pub(crate) fn of(weather: &Weather, scheme: SunScheme, windows: &[Window], quantity: Quantity) -> Result<Self> {
         let subdivision = match scheme {
             SunScheme::Patches(sky) => sky.subdivision(),
             SunScheme::Hourly { .. } => 1,
         };
-        let hours = sun_hours(weather, &SkyOptions { subdivision, ..SkyOptions::default() })?;
+        let mut hours = sun_hours(weather, &SkyOptions { subdivision, solar_spectrum: quantity.is_solar(), ..SkyOptions::default() })?;
+        hours.iter_mut().flatten().for_each(|hour| hour.radiance *= quantity.factor());
         if let SunScheme::Hourly { tolerance } = scheme
             && !(tolerance.is_finite() && tolerance >= 0.0)
         {

@@ -1,9 +1,8 @@
 //! Windows with their transmission, their states, and what the sun is traced through.
 
-use super::filling::Filled;
+use super::filling::{Filled, checked, in_colour};
 use super::import::Imported;
 use super::shade::Shade;
-use crate::bsdf::evaluate::Scattering;
 use crate::bsdf::{self, Component};
 use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::pane::PaneBsdf;
@@ -149,14 +148,6 @@ fn read_state(path: &Path, warnings: &mut Warnings) -> Result<(String, Matrix<f6
     Ok((name, in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(path))?)))
 }
 
-/// The scattering function, with warnings of doubtful values.
-pub(super) fn checked(bsdf: &bsdf::Bsdf, file: &Path, warnings: &mut Warnings) -> Result<Scattering> {
-    let mut found = Warnings::new();
-    let scattering = Scattering::checked(bsdf, &mut found).map_err(|e| e.file(file))?;
-    found.iter().for_each(|w| warnings.push(w.clone().file(file)));
-    Ok(scattering)
-}
-
 /// Scattering data as the sun meets them: with their through-peak, if they have one, as a clear view.
 fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<PaneBsdf> {
     let scattering = checked(&bsdf::read(file, warnings)?, file, warnings)?;
@@ -166,15 +157,6 @@ fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<PaneBsdf> {
             .help("use a file with Visible / Transmission Front or Transmission Back"));
     }
     Ok(if scattering.has_peak() { PaneBsdf::PeakBsdf(scattering) } else { PaneBsdf::Bsdf(scattering) })
-}
-
-/// A grey matrix as RGB.
-pub fn in_colour(matrix: Matrix<f64>) -> Matrix<f64> {
-    if matrix.components() == 3 {
-        return matrix;
-    }
-    let data = matrix.data().iter().flat_map(|&v| [v; 3]).collect();
-    Matrix::from_data(matrix.rows(), matrix.cols(), 3, data).expect("three values per element")
 }
 
 /// Sensors must see some window from its room side, or the normals point the wrong way. Windows that no sensor

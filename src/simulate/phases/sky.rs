@@ -9,7 +9,16 @@ use std::time::Instant;
 
 fn options(context: &Context<'_>) -> SkyOptions {
     let ground_reflectance = [context.project.weather.ground_albedo; 3];
-    SkyOptions { subdivision: context.sky().subdivision(), ground_reflectance, ..SkyOptions::default() }
+    let solar_spectrum = context.project.output.quantity.is_solar();
+    SkyOptions { subdivision: context.sky().subdivision(), solar_spectrum, ground_reflectance, ..SkyOptions::default() }
+}
+
+/// As the products want it: a file holds W/m²sr.
+fn for_products(context: &Context<'_>, sky: Matrix<f32>) -> Matrix<f32> {
+    match context.project.output.quantity.factor() {
+        1.0 => sky,
+        factor => sky.map(|v| (f64::from(v) * factor) as f32),
+    }
 }
 
 /// S `[patch][hour]`, the ground first; an earlier run's if its inputs are the same.
@@ -34,7 +43,7 @@ pub(crate) fn sky(context: &Context<'_>, ledger: &mut Ledger) -> Result<Matrix<f
         }
     };
     ledger.note("S", [sky.rows(), sky.cols()], reused, clock.elapsed().as_secs_f64(), Traced::default());
-    Ok(sky)
+    Ok(for_products(context, sky))
 }
 
 /// Sds `[patch][hour]`: the sun's share of S, as `gendaymtx -d`.
@@ -47,9 +56,9 @@ pub(crate) fn sun_alone(context: &Context<'_>) -> Result<Matrix<f32>> {
     let inputs = *Fingerprint::new("Sds").add(weather).add(&options);
     let shape = (context.sky().len(), weather.records.len(), 3);
     if let Some(kept) = context.store.load("Sds", inputs, shape) {
-        return Ok(kept);
+        return Ok(for_products(context, kept));
     }
     let sun = sky_matrix(weather, &options, context.progress)?;
     context.store.save("Sds", &sun, inputs, "sky matrix of the sun alone, as gendaymtx -d, rows patches, columns hours")?;
-    Ok(sun)
+    Ok(for_products(context, sun))
 }

@@ -25,8 +25,8 @@ const RGB: usize = 12;
 const DAYLIGHT_SEGMENTS: f64 = 2.2;
 /// Rays counted for each of the light paths of V.
 const LIGHT_PATH_SEGMENTS: f64 = 1.5;
-/// Rays of C for each vertex of a path: to a window, and outside if it gets there.
-const COEFFICIENT_SEGMENTS: f64 = 1.6;
+/// Rays of C for each path of a sensor's own, those outside windows included.
+const COEFFICIENT_SEGMENTS: f64 = 4.4;
 /// Rays of V for each path that looks for near surfaces and mirrors.
 const NEAR_SEGMENTS: f64 = 1.2;
 /// Rays to a sun, as counted behind slats: for each point on its disc asked for, and for each path.
@@ -205,15 +205,20 @@ fn view_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
     f64::from(rounds(project)) * (own + connections + paths * LIGHT_PATH_SEGMENTS)
 }
 
-/// Rays of C of so many sensors: a path inside has a ray to a window, and one outside, at each vertex.
+/// Rays of C of so many sensors: as V's, and outside each window the paths on to the sky.
 fn coefficient_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
-    let o = coefficient_options(project, 0);
+    let (o, bins, sensors) = (coefficient_options(project, 0), inputs.bins() as f64, sensors as f64);
     let lives = Lives::new(inputs, o.bounces, o.roulette_weight);
-    let vertices = (1.0 / (1.0 - lives.kept)).min(lives.most() + 1.0);
-    let windows = if inputs.windows.is_empty() { 0.0 } else { 1.0 };
-    let ahead = f64::from(o.direct_samples) * (1.0 + DAYLIGHT_SEGMENTS) * windows;
-    let paths = f64::from(o.near_samples) * (1.0 + vertices * (1.0 + COEFFICIENT_SEGMENTS * windows));
-    f64::from(rounds(project)) * sensors as f64 * f64::from(o.batches) * (ahead + paths)
+    let paths = bins * f64::from(o.light_paths) * f64::from(o.batches);
+    let connections = sensors * bins * f64::from(o.batches) * f64::from(o.visibility_rays) * lives.most_vertices(paths);
+    let own = if inputs.windows.is_empty() {
+        // Until roulette ends them.
+        f64::from(o.near_samples) * (1.0 + (lives.certain() + 1.0 / (1.0 - lives.kept)).min(lives.most()))
+    } else {
+        f64::from(o.direct_samples) * (1.0 + DAYLIGHT_SEGMENTS) + COEFFICIENT_SEGMENTS * f64::from(o.near_samples)
+    };
+    let all = own * sensors * f64::from(o.batches) + connections + paths * (LIGHT_PATH_SEGMENTS + DAYLIGHT_SEGMENTS);
+    f64::from(rounds(project)) * all
 }
 
 /// Rays of the view matrix of a picture that shows so many pixels.
@@ -294,8 +299,10 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
     let o = sun_options(project);
     let pairs = (sensors * suns) as f64;
     let mut rays = 0.0;
-    if inputs.windows.iter().any(|w| w.shade.is_some()) {
-        rays += pairs * f64::from(o.batches) * SENSOR_TO_SUN.rays(o.disc_samples, o.paths);
+    if inputs.windows.iter().any(|w| w.shade.is_some()) || inputs.choice(project).direct {
+        // Panes alone scatter nothing.
+        let scatters = inputs.windows.iter().any(|w| w.shade.is_some() && w.glass.is_none());
+        rays += pairs * f64::from(o.batches) * SENSOR_TO_SUN.rays(o.disc_samples, if scatters { o.paths } else { 0 });
     }
     if inputs.windows.iter().any(|w| w.pane.is_some()) {
         let p = pane_options(project);

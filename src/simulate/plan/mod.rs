@@ -113,6 +113,7 @@ fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
             window.window.basis.len()
         ));
     }
+    lines.extend(inputs.glass_left.iter().cloned());
     for group in &inputs.sensors {
         let how = if direct { ", each sees the sky itself, through all glass and by any way" } else { "" };
         lines.push(format!("sensors {}: {}{how}", group.name, group.sensors.len()));

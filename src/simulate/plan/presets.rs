@@ -54,14 +54,17 @@ pub(crate) fn view_options(project: &Project, round: u32) -> ViewOptions {
     }
 }
 
-/// Sampling of the daylight coefficients C.
+/// Sampling of the daylight coefficients C. Without windows there are no light paths that sensors share, and each gets
+/// more of its own.
 pub(crate) fn coefficient_options(project: &Project, round: u32) -> CoefficientOptions {
     let standard = CoefficientOptions::default();
     let quality = &project.quality;
+    let own = if project.windows.is_empty() { 4 } else { 1 };
     CoefficientOptions {
         bounces: project.method.bounces,
-        direct_samples: samples(standard.direct_samples, quality),
-        near_samples: samples(standard.near_samples, quality),
+        light_paths: samples(standard.light_paths, quality),
+        direct_samples: samples(own * standard.direct_samples, quality),
+        near_samples: samples(own * standard.near_samples, quality),
         seed: seed(project, 0, round),
         first_round: round == 0,
         ..standard

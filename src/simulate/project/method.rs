@@ -234,7 +234,9 @@ impl MethodSection {
             Phases::Three => Choice::of(3, "as asked"),
             Phases::Five => Choice::of(5, "as asked"),
             Phases::Direct => Choice::direct("as asked"),
-            Phases::Auto if asked.can_be_direct() && windows.is_empty() => Choice::direct("there is no window"),
+            Phases::Auto if asked.can_be_direct() && windows.is_empty() => {
+                Choice::direct("the project names no window: light comes by the scene's glass, and where the scene leaves the sky free")
+            }
             Phases::Auto if asked.can_be_direct() => {
                 Choice::direct("all windows are clear glass, which sensors see through without bins of directions")
             }

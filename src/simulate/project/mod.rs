@@ -11,7 +11,7 @@
 //! ground_albedo = 0.2                 # reflectance of the ground beyond the scene's
 //! [scene]
 //! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
-//! [[window]]                          # any number
+//! [[window]]                          # any number; without one sensors see the sky by what the scene leaves free
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
 //! glass = 0.65                        # a clear pane; "scene": as in the scene files; or one of these:
@@ -48,6 +48,8 @@
 //! # target_error = 0.02               # or: until the standard error is 2 %
 //! # time_limit = "5 min"              # or: as long as that
 //! seed = 1
+//! [output]
+//! quantity = "illuminance"             # or "irradiance": solar, W/m²
 //! ```
 //!
 //! Paths are relative to the file. Of the files that it names only the points of `[[views]]` are read here.
@@ -62,6 +64,7 @@ pub mod glare;
 pub mod method;
 mod model;
 mod of_model;
+pub mod output;
 pub mod quality;
 mod sections;
 mod spelling;
@@ -74,6 +77,8 @@ use self::document::Places;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
 use self::model::NamedModel;
+pub(crate) use self::output::OutputSection;
+pub use self::output::Quantity;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
 pub(crate) use self::sections::{Filling, SceneSection, SensorPoints, SensorsSection, WeatherSection, WindowSection};
@@ -107,6 +112,8 @@ pub struct Project {
     pub method: MethodSection,
     /// `[quality]`
     pub quality: QualitySection,
+    /// `[output]`
+    pub output: OutputSection,
     /// Where its sections stand, for faults that show when its files are read.
     pub(crate) places: Places,
 }
@@ -140,6 +147,9 @@ impl Project {
         let (scene, model) =
             SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
         let mut windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
+        if windows.is_empty() {
+            top.refuse_slips("window")?;
+        }
         let mut sensors = top.tables("sensors")?.into_iter().map(SensorsSection::read).collect::<Result<Vec<_>>>()?;
         let mut views = top.tables("view")?.into_iter().map(ViewSection::read).collect::<Result<Vec<_>>>()?;
         for table in top.tables("views")? {
@@ -150,7 +160,7 @@ impl Project {
         if let (Some(place), Some(file)) = (model, scene.files.last()) {
             let model = NamedModel::read(file, place)?;
             if windows.is_empty() {
-                windows = model.windows()?;
+                windows = model.windows();
             }
             if sensors.is_empty() && views.is_empty() {
                 sensors = model.sensors();
@@ -161,10 +171,16 @@ impl Project {
         }
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
-        if windows.is_empty() && !views.is_empty() {
+        let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
+        if output.quantity.is_solar() && weather.moments.is_some() {
+            return Err(top
+                .error("output", "the CIE's skies are of visible light: there is no solar irradiance under them")
+                .help("take 'quantity' out, or give a weather file in place of 'sky'"));
+        }
+        if windows.is_empty() && (!views.is_empty() || sensors.iter().any(|s| s.view.is_some() || s.sun.is_some())) {
             return Err(top.missing_section(
                 "window",
-                "pictures and glare need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
+                "pictures, glare and matrices V need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
             ));
         }
         if sensors.is_empty() && views.is_empty() {
@@ -189,7 +205,7 @@ impl Project {
         let places = Places { window, sensors: sensor, view, images: image };
         top.finish()?;
         let file = file.to_path_buf();
-        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, places };
+        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, places };
         project.states_match()?;
         Ok(project)
     }

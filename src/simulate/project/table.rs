@@ -347,6 +347,15 @@ impl<'d, 'a> Table<'d, 'a> {
         Ok(tables)
     }
 
+    /// Refuses a misspelt form of a key that may be left out.
+    ///
+    /// # Errors
+    /// Names the slip, and the key that is meant.
+    pub(super) fn refuse_slips(&self, key: &str) -> Result<()> {
+        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), &[key]).is_some());
+        slip.map_or(Ok(()), |slip| Err(self.unknown(slip, &[key])))
+    }
+
     /// An error that the table has none of some keys; a misspelt one is answered.
     pub(super) fn missing_all(&self, keys: &[&str], what: &str, help: &str) -> Error {
         let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), keys).is_some());

@@ -263,6 +263,7 @@ fn a_sky_takes_the_place_of_a_weather_file() {
         ("sky = \"cie overcast\"\nfile = \"a.wea\"", "take one of the two out"),
         ("file = \"a.wea\"\ndate = \"03-21T12:00\"", "'date' belongs to a 'sky'"),
         ("skey = \"cie overcast\"", "did you mean 'sky'?"),
+        ("sky = \"cie overcast\"\n[output]\nquantity = \"irradiance\"", "skies are of visible light"),
     ] {
         let message = complaint(&with(keys));
         assert!(message.contains(words), "{keys}: {message}");

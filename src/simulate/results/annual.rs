@@ -264,7 +264,7 @@ const COLUMNS: &str = "sensor,x,y,z,mean_lx,mean_lx_standard_error,autonomy_300_
 /// # Errors
 /// Failures of the file system.
 pub fn write(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &GroupYear) -> Result<()> {
-    let path = store.illuminance_path(&format!("{}_annual", group.name), "csv");
+    let path = store.results_path(&format!("{}_annual", group.name), "csv");
     crate::files::write_atomically(&path, |out| {
         let fault = |e: std::io::Error| Error::io(&path, &e);
         writeln!(out, "{COLUMNS}").map_err(fault)?;
@@ -298,6 +298,24 @@ pub fn read(path: &Path) -> Option<Vec<SensorYear>> {
         })
     };
     lines.map(sensor).collect()
+}
+
+/// The same of irradiance: mean, and the sum over so many hours.
+///
+/// # Errors
+/// Failures of the file system.
+pub fn write_irradiance(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &GroupYear, hours: f64) -> Result<()> {
+    let path = store.results_path(&format!("{}_annual", group.name), "csv");
+    crate::files::write_atomically(&path, |out| {
+        let fault = |e: std::io::Error| Error::io(&path, &e);
+        writeln!(out, "sensor,x,y,z,mean_w_m2,mean_w_m2_standard_error,sum_kwh_m2,sum_kwh_m2_standard_error,note").map_err(fault)?;
+        for (i, (sensor, y)) in group.sensors.iter().zip(&year.sensors).enumerate() {
+            let (p, sum) = (sensor.position, hours / 1000.0);
+            let values = [y.mean.value, y.mean.standard_error, sum * y.mean.value, sum * y.mean.standard_error].map(lux).join(",");
+            writeln!(out, "{},{},{},{},{values},{}", i + 1, p.x, p.y, p.z, if dark[i] { "no light" } else { "" }).map_err(fault)?;
+        }
+        Ok(())
+    })
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::kernels::product::{Arrangement, Multiplier};
 use crate::matrix::Matrix;
 use crate::simulate::inputs::SensorGroup;
+use crate::simulate::project::Quantity;
 use crate::simulate::store::{Store, write_stored};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use crate::weather::Record;
@@ -72,14 +73,16 @@ pub(crate) fn write_illuminance(
     records: &[Record],
     lux: &Matrix<f32>,
     content: Content,
+    quantity: Quantity,
 ) -> Result<()> {
+    let what = quantity.name();
     let (name, about) = match content {
-        Content::Illuminance => (group.name.clone(), "illuminance"),
-        Content::StandardError => (format!("{}_standard_error", group.name), "standard error of the illuminance"),
+        Content::Illuminance => (group.name.clone(), what.to_string()),
+        Content::StandardError => (format!("{}_standard_error", group.name), format!("standard error of the {what}")),
     };
-    let about = format!("{about} of {} in lux, rows sensors, columns time steps", group.name);
-    write_stored(&store.illuminance_path(&name, "mtx"), lux, &about)?;
-    let path = store.illuminance_path(&name, "csv");
+    let about = format!("{about} of {} in {}, rows sensors, columns time steps", group.name, quantity.unit());
+    write_stored(&store.results_path(&name, "mtx"), lux, &about)?;
+    let path = store.results_path(&name, "csv");
     crate::files::write_atomically(&path, |out| {
         let fault = |e: std::io::Error| Error::io(&path, &e);
         let labels: Vec<String> = group

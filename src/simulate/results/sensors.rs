@@ -1,18 +1,22 @@
 //! The sensors' year: illuminance by the formula, its terms, its errors and its tables.
 
 use super::annual::{self, YearErrors};
-use super::illuminance::{Content, illuminance, write_illuminance};
+use super::illuminance::{Content, illuminance, luminous, write_illuminance};
 use super::suns::TracedSuns;
 use super::views::Made;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::matrix::Matrix;
 use crate::simulate::context::Context;
 use crate::simulate::inputs::split;
 use crate::simulate::light::{Daylight, WindowLight, multiply, transmitted};
+use crate::simulate::project::Quantity;
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::write_stored;
+use crate::statistics::variance_of_mean;
+use crate::units::LUMINOUS_EFFICACY;
 use crate::weather::{CieSky, Weather};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// One group of sensors.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -24,10 +28,18 @@ pub struct SensorSummary {
     pub count: usize,
     /// Those that no light reaches, with 0 lx.
     pub without_light: usize,
-    /// Mean over sensors and hours, lux.
-    pub mean_illuminance_lx: f64,
+    /// Mean over sensors and hours, lux; absent of irradiance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_illuminance_lx: Option<f64>,
     /// Its standard error, lux.
-    pub mean_illuminance_standard_error_lx: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_illuminance_standard_error_lx: Option<f64>,
+    /// Mean irradiance over sensors and hours, W/m², where the project asks for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_irradiance_w_m2: Option<f64>,
+    /// Its standard error, W/m².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_irradiance_standard_error_w_m2: Option<f64>,
     /// Under an overcast sky of the CIE: mean over the sensors of their share of the horizontal illuminance outdoors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_daylight_factor: Option<f64>,
@@ -95,7 +107,8 @@ fn write_terms(
     let terms = [(whole, &three_phase), (part, &taken), (("sun", "Cds·Ssun"), sun)];
     for ((name, formula), term) in terms {
         for (group, part) in context.inputs.sensors.iter().zip(split(term, &context.inputs.sensors)) {
-            let about = format!("{formula} of {} in lux, rows sensors, columns hours", group.name);
+            let unit = context.project.output.quantity.unit();
+            let about = format!("{formula} of {} in {unit}, rows sensors, columns hours", group.name);
             write_stored(&context.store.term_path(&group.name, name)?, &part, &about)?;
         }
     }
@@ -134,6 +147,40 @@ pub(crate) fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) 
     annual::estimate(&chain, made.multiplier, made.at_sensors, lux, suns, context.project.quality.target(), &stage)
 }
 
+/// Writes what sensors see of sky and sun: `SENSORS_sky.csv` of every group, where their light is followed straight to
+/// the sky.
+///
+/// # Errors
+/// Failures of the file system.
+pub(crate) fn write_sky(context: &Context<'_>, made: &Made<'_>) -> Result<()> {
+    if !made.sampled.sees_sky {
+        return Ok(());
+    }
+    let view = &made.sampled.view;
+    let steps = context.inputs.weather.steps();
+    // The ground below the horizon comes first.
+    let share = |m: &Matrix<f32>, row: usize| m.row(row)[3..].chunks_exact(3).map(|v| luminous(v)).sum::<f64>() / (PI * LUMINOUS_EFFICACY);
+    let mut first = 0;
+    for group in &context.inputs.sensors {
+        let path = context.store.results_path(&format!("{}_sky", group.name), "csv");
+        crate::files::write_atomically(&path, |out| {
+            let fault = |e: std::io::Error| Error::io(&path, &e);
+            writeln!(out, "sensor,x,y,z,sky_view_factor,sky_view_factor_standard_error,sunlight_hours").map_err(fault)?;
+            for (i, sensor) in group.sensors.iter().enumerate() {
+                let (p, row) = (sensor.position, first + i);
+                let own: Vec<f64> = view.direct.iter().map(|m| share(m, row)).collect();
+                let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+                let error = variance_of_mean(own.iter().copied()).sqrt();
+                let hours = made.suns.map_or(0.0, |suns| steps.hours(suns.steps_in_sun(row)));
+                writeln!(out, "{},{},{},{},{mean:.4},{error:.1e},{hours}", i + 1, p.x, p.y, p.z).map_err(fault)?;
+            }
+            Ok(())
+        })?;
+        first += group.sensors.len();
+    }
+    Ok(())
+}
+
 /// Mean horizontal illuminance outdoors, lx, if the sky is the CIE's overcast one in all steps.
 fn overcast_outdoors(weather: &Weather) -> Option<f64> {
     let all = !weather.skies.is_empty() && weather.skies.iter().all(|s| *s == CieSky::Overcast);
@@ -146,27 +193,38 @@ fn overcast_outdoors(weather: &Weather) -> Option<f64> {
 /// Failures of the file system.
 pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors, dark: &[bool]) -> Result<Vec<SensorSummary>> {
     let groups = &context.inputs.sensors;
-    let records = &context.inputs.weather.records;
+    let (records, steps, quantity) = (&context.inputs.weather.records, context.inputs.weather.steps(), context.project.output.quantity);
     let outdoors = overcast_outdoors(&context.inputs.weather);
     let (mut sensors, mut rest) = (Vec::new(), dark);
     let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
     for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
         context.progress.update("writing", i as f64 / groups.len() as f64);
         let dark = rest.split_off(..group.sensors.len()).unwrap_or_default();
-        write_illuminance(context.store, group, dark, records, &part, Content::Illuminance)?;
-        write_illuminance(context.store, group, dark, records, &error, Content::StandardError)?;
+        write_illuminance(context.store, group, dark, records, &part, Content::Illuminance, quantity)?;
+        write_illuminance(context.store, group, dark, records, &error, Content::StandardError, quantity)?;
         let year = &errors.groups[i];
-        annual::write(context.store, (group, dark), year)?;
+        match quantity {
+            Quantity::Illuminance => annual::write(context.store, (group, dark), year)?,
+            Quantity::Irradiance => annual::write_irradiance(context.store, (group, dark), year, steps.hours(steps.len()))?,
+        }
+        let mean = |of: Quantity, value: f64| (quantity == of).then_some(value);
+        let (value, error) = (year.mean.value, year.mean.standard_error);
+        let spatial_autonomy = year.spatial_autonomy.filter(|_| !quantity.is_solar());
         sensors.push(SensorSummary {
             name: group.name.clone(),
             count: group.sensors.len(),
             without_light: dark.iter().filter(|d| **d).count(),
-            mean_illuminance_lx: year.mean.value,
-            mean_daylight_factor: outdoors.map(|lux| year.mean.value / lux),
-            mean_illuminance_standard_error_lx: year.mean.standard_error,
-            spatial_autonomy: year.spatial_autonomy.map(|s| s.value),
-            spatial_autonomy_standard_error: year.spatial_autonomy.map(|s| s.standard_error),
-            spatial_autonomy_means: spatial_autonomy_means(year.facing_up, group.sensors.len()),
+            mean_illuminance_lx: mean(Quantity::Illuminance, value),
+            mean_illuminance_standard_error_lx: mean(Quantity::Illuminance, error),
+            mean_daylight_factor: mean(Quantity::Illuminance, value).zip(outdoors).map(|(lux, outdoors)| lux / outdoors),
+            mean_irradiance_w_m2: mean(Quantity::Irradiance, value),
+            mean_irradiance_standard_error_w_m2: mean(Quantity::Irradiance, error),
+            spatial_autonomy: spatial_autonomy.map(|s| s.value),
+            spatial_autonomy_standard_error: spatial_autonomy.map(|s| s.standard_error),
+            spatial_autonomy_means: match quantity {
+                Quantity::Illuminance => spatial_autonomy_means(year.facing_up, group.sensors.len()),
+                Quantity::Irradiance => "irradiance has no daylight autonomy".into(),
+            },
         });
     }
     Ok(sensors)

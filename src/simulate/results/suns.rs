@@ -74,6 +74,16 @@ impl TracedSuns {
         lux
     }
 
+    /// Time steps in which a sensor sees the sun, or a part of its disc, directly, panes between them or not.
+    pub fn steps_in_sun(&self, sensor: usize) -> usize {
+        self.set
+            .hours
+            .iter()
+            .flatten()
+            .filter(|(sun, radiance)| *radiance > 0.0 && luminous(self.matrix.direct.at(sensor, *sun)) > 0.0)
+            .count()
+    }
+
     /// Variance of a sensor's illuminance by suns in an hour, or of its sum over the year: lx², (lx·h)².
     /// Own errors of different suns are independent. Shared ones, of what shades and panes scatter, are one and the
     /// same for suns of one set. The direct term that is taken away needs no error of its own: V's and

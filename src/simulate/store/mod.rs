@@ -11,6 +11,7 @@ use crate::files::seal::{self, write_sealed};
 use crate::matrix::Matrix;
 use crate::matrix::file::{Format, MatrixFile, read_matrix, write_matrix_to};
 use crate::matrix::rows::MatrixRows;
+use crate::simulate::project::Quantity;
 use std::collections::{BTreeSet, HashSet};
 use std::fs::{File, TryLockError};
 use std::io::Write;
@@ -20,9 +21,11 @@ use std::sync::{Mutex, PoisonError};
 /// Header key under which a matrix file keeps its [`Fingerprint`].
 pub(crate) const INPUTS: &str = "LUCARNE_INPUTS";
 
-/// An output folder: `matrices/` and `illuminance/`.
+/// An output folder: `matrices/`, and `illuminance/` or `irradiance/`.
 pub struct Store {
     folder: PathBuf,
+    /// Name of the folder of the sensors' results.
+    results: &'static str,
     /// Other output folders, whose matrices may be taken over.
     others: Vec<PathBuf>,
     /// Nobody else writes into the folder as long as this is held.
@@ -46,7 +49,15 @@ impl Store {
     /// # Errors
     /// If a folder cannot be made or written to, or another run writes into it.
     pub fn open(folder: &Path) -> Result<Self> {
-        for sub in ["matrices", "illuminance"] {
+        Self::of(folder, Quantity::Illuminance)
+    }
+
+    /// The same for results of a quantity, which have a folder of their own.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn of(folder: &Path, quantity: Quantity) -> Result<Self> {
+        for sub in ["matrices", quantity.name()] {
             let path = folder.join(sub);
             let named = |e: std::io::Error| {
                 Error::io(&path, &e).field("output folder").help("choose a folder that can be made and written to with -o")
@@ -58,13 +69,14 @@ impl Store {
         }
         let lock = lock(folder)?;
         remove_leftovers(folder);
-        for sub in ["matrices", "illuminance", "illuminance/terms", "glare"] {
+        for sub in ["matrices", "illuminance", "illuminance/terms", "irradiance", "irradiance/terms", "glare"] {
             remove_leftovers(&folder.join(sub));
         }
         for entry in std::fs::read_dir(folder.join("images")).into_iter().flatten().flatten() {
             remove_leftovers(&entry.path());
         }
-        Ok(Self { folder: folder.to_path_buf(), others: Vec::new(), _lock: lock, files: Mutex::default() })
+        let (folder, results) = (folder.to_path_buf(), quantity.name());
+        Ok(Self { folder, results, others: Vec::new(), _lock: lock, files: Mutex::default() })
     }
 
     /// The same folder, beside others whose files are taken over where they fit.
@@ -129,9 +141,9 @@ impl Store {
         Self::matrix_in(&self.folder, name)
     }
 
-    /// Path of an illuminance file, `.mtx` or `.csv`.
-    pub(crate) fn illuminance_path(&self, sensors: &str, extension: &str) -> PathBuf {
-        self.folder.join("illuminance").join(format!("{sensors}.{extension}"))
+    /// Path of a file of illuminance (or irradiance), `.mtx` or `.csv`.
+    pub(crate) fn results_path(&self, sensors: &str, extension: &str) -> PathBuf {
+        self.folder.join(self.results).join(format!("{sensors}.{extension}"))
     }
 
     /// Path of one term of an illuminance, in a folder made if need be.
@@ -139,7 +151,7 @@ impl Store {
     /// # Errors
     /// If it cannot be made.
     pub(crate) fn term_path(&self, sensors: &str, term: &str) -> Result<PathBuf> {
-        let folder = self.folder.join("illuminance").join("terms");
+        let folder = self.folder.join(self.results).join("terms");
         std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
         Ok(folder.join(format!("{sensors}_{term}.mtx")))
     }

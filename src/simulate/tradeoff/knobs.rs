@@ -74,7 +74,7 @@ pub fn knobs(project: &Project, inputs: &Inputs) -> Vec<Knob> {
         all.extend([0.5, 2.0].map(Knob::Picture));
     }
     if inputs.choice(project).phases == 5 {
-        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns].into_iter().skip(usize::from(inputs.windows.is_empty())));
+        all.extend([Knob::ThreePhase, Knob::Suns(1), Knob::HourlySuns].into_iter().skip(usize::from(project.windows.is_empty())));
     }
     all
 }

@@ -4,6 +4,7 @@ use super::files::{self, TemporaryFolder};
 use crate::error::Result;
 use crate::matrix::Matrix;
 use crate::scene::points::faces_up;
+use crate::simulate::project::Quantity;
 use crate::simulate::results::annual::{self, SensorYear};
 use crate::simulate::results::glare::read::{GlareYear, read_years};
 use crate::simulate::results::illuminance::read_table;
@@ -121,7 +122,8 @@ impl Year {
         let summary = Summary::read(folder)?;
         let mut times = Vec::new();
         let mut sensors = Vec::new();
-        for name in summary.sensors.iter().map(|s| s.name.as_str()) {
+        let solar = summary.quantity == Quantity::Irradiance.name();
+        for name in summary.sensors.iter().map(|s| s.name.as_str()).filter(|_| !solar) {
             let (group, own) = read_sensors(folder, name)?;
             if own.len() == group.illuminance.cols() {
                 times = own;
@@ -133,6 +135,9 @@ impl Year {
             times = Time::common_year(steps);
         }
         let (mut views, mut notes) = (Vec::new(), Vec::new());
+        if solar {
+            notes.push("the sensors' results are irradiance, in the folder irradiance/; only illuminance is shown".into());
+        }
         for name in summary.views.iter().map(|v| v.name.as_str()) {
             match ViewFile::open(folder, name) {
                 Ok(view) => views.push(view),
