@@ -46,6 +46,7 @@ pub fn weather(kind: CieSky, times: &[Time], site: Option<[f64; 3]>, warnings: &
         elevation: 0.0,
         quantity: Quantity::Illuminance,
         records: Vec::new(),
+        north: 0.0,
         skies: Vec::new(),
     };
     for time in times {

@@ -214,7 +214,7 @@ fn hours(weather: &Weather, options: &SkyOptions) -> Result<Vec<Hour>> {
         if options.sun_hours_only && !sun.is_up() {
             continue;
         }
-        sun.azimuth -= options.rotation.to_radians();
+        sun.azimuth -= (options.rotation + weather.north).to_radians();
         let mut hour = Hour::new(index, record, weather.quantity, sun, dew_point, options.solar_spectrum);
         if let Some(kind) = weather.skies.get(index) {
             // A CIE sky has no other spectrum than the visible.

@@ -468,3 +468,21 @@ fn the_suns_of_the_hours_are_the_entries_of_the_sun_matrix() {
         }
     }
 }
+
+#[test]
+fn the_scene_s_north_turns_sky_and_suns_as_gendaymtx_does() {
+    let text = "place x\nlatitude 40\nlongitude 74\ntime_zone 75\nsite_elevation 0\nweather_data_file_units 1\n6 21 9.5 600 150\n6 21 15.5 500 200\n";
+    let straight = weather(text);
+    let turned = Weather { north: 25.0, ..straight.clone() };
+    let options = SkyOptions::default();
+    let by_option = sky_matrix(&straight, &SkyOptions { rotation: 25.0, ..options.clone() }, &Silent).unwrap();
+    let by_north = sky_matrix(&turned, &options, &Silent).unwrap();
+    assert_eq!(by_north.data(), by_option.data());
+    assert_ne!(by_north.data(), sky_matrix(&straight, &options, &Silent).unwrap().data());
+    let (before, after) = (sun_hours(&straight, &options).unwrap(), sun_hours(&turned, &options).unwrap());
+    for (a, b) in before.iter().zip(&after) {
+        // North lies 25° counter-clockwise of +Y, so that a sun over the east stands 25° nearer to it.
+        let turn = a.unwrap().position.azimuth - b.unwrap().position.azimuth;
+        assert!((turn.to_degrees() - 25.0).abs() < 1e-9);
+    }
+}

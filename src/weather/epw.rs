@@ -72,6 +72,7 @@ fn site(location: &str) -> Result<Weather> {
         elevation: bounded(elevation, "elevation", -1000.0, 9999.9, " m")?,
         quantity: Quantity::NormalIrradiance,
         records: Vec::new(),
+        north: 0.0,
         skies: Vec::new(),
     })
 }

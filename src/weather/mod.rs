@@ -92,6 +92,8 @@ pub struct Weather {
     pub quantity: Quantity,
     /// The time steps in the order of the file.
     pub records: Vec<Record>,
+    /// Where north lies in the scene: so many degrees from +Y, counter-clockwise seen from above.
+    pub north: f64,
     /// The sky of each record where it is one of the CIE's; empty for Perez' sky of the weather.
     pub skies: Vec<CieSky>,
 }

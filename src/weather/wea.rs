@@ -67,6 +67,7 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
         elevation: get("site_elevation").unwrap_or(0.0),
         quantity,
         records: Vec::new(),
+        north: 0.0,
         skies: Vec::new(),
     };
     check_site(&weather, warnings);

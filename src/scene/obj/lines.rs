@@ -65,7 +65,7 @@ impl<'t> Reader<'t> {
         let (number, first) = self.lines.next()?;
         let Some(part) = first.trim_end().strip_suffix('\\') else { return Some((number + 1, Cow::Borrowed(first))) };
         let mut whole = part.to_string();
-        while let Some((_, next)) = self.lines.next() {
+        for (_, next) in self.lines.by_ref() {
             whole.push(' ');
             match next.trim_end().strip_suffix('\\') {
                 Some(part) => whole.push_str(part),

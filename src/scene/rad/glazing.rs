@@ -4,8 +4,8 @@
 //! They come to lobes whose shares are those at normal incidence. Towards grazing their reflection rises by
 //! exp(−5.85 cos θ) of the rest, as Radiance's files for fritted and low-E glazing have it.
 
-use super::materials::{bounded, needs, two_faced};
 use super::patterns::constant;
+use super::shares::{bounded, needs, two_faced};
 use super::syntax::{Object, shortened};
 use crate::error::{Error, Result};
 use crate::scene::{Lobes, MaterialKind};

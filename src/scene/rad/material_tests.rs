@@ -91,7 +91,7 @@ fn a_mixture_of_constant_share_is_its_mean() {
     refused(&format!("{parts}void mixfunc m 4 white black noise f.cal 0 0"), "varies over the surface");
     refused(&format!("{parts}void mixfunc m 4 white black 1.5 . 0 0"), "share of its foreground is 1.5");
     refused(&format!("{parts}void mirror mi 0 0 3 1 1 1\nvoid mixfunc m 4 white mi .5 . 0 0"), "a mirror in a mixture");
-    refused(&format!("void metal a 0 0 5 .8 .8 .8 .9 .1\nvoid mixfunc m 4 a void .5 . 0 0"), "different roughness");
+    refused("void metal a 0 0 5 .8 .8 .8 .9 .1\nvoid mixfunc m 4 a void .5 . 0 0", "different roughness");
     refused(&format!("{parts}white mixfunc m 4 white black .5 . 0 0"), "a mixture of materials with a modifier");
     refused("void mixfunc m 2 a b 0 0", "2 string arguments");
 }

@@ -1,7 +1,8 @@
 //! What the materials of `.rad` files come to.
 
+use super::definition::{Definition, Meaning};
 use super::glazing;
-use super::modifiers::{Definition, Meaning};
+use super::shares::{bounded, needs, two_faced};
 use super::syntax::Object;
 use super::types::MaterialType;
 use crate::error::{Error, Result, Warnings};
@@ -38,20 +39,6 @@ pub(super) fn kind(
         MaterialType::Illum | MaterialType::MixFunc => Ok(MaterialKind::Void),
         common_kind => common(common_kind, definition, pattern, warnings),
     }
-}
-
-/// # Errors
-/// If an object has fewer arguments than it needs.
-pub(super) fn needs(object: &Object, strings: usize, reals: usize, meaning: &str) -> Result<()> {
-    if object.strings.len() < strings || object.reals.len() < reals {
-        return Err(Error::new(format!(
-            "{} string and {} real arguments, but {strings} and {reals} are needed",
-            object.strings.len(),
-            object.reals.len()
-        ))
-        .help(format!("the arguments are: {meaning}")));
-    }
-    Ok(())
 }
 
 /// Materials whose highlight is longer one way than the other, with the round one of the same height.
@@ -162,28 +149,6 @@ fn separate_lobes(definition: &Definition, pattern: [f64; 3], named: Named, warn
         specular_transmitted: times(through, transmitted),
         roughness: if has_transmission { rough_transmission } else { rough_reflection },
     })
-}
-
-/// The refusal of surfaces that scatter differently on their two sides.
-pub(super) fn two_faced() -> Error {
-    Error::new("its front and back reflect different shares of light to all directions, which one surface cannot do here")
-        .help("draw the surface twice, each side with a `plastic` of its own, or use a BSDF file")
-}
-
-/// Lobes that send on no more light than they receive.
-///
-/// # Errors
-/// If they do, or are negative.
-pub(super) fn bounded(lobes: Lobes) -> Result<MaterialKind> {
-    let parts = [lobes.diffuse, lobes.diffuse_transmitted, lobes.specular, lobes.specular_transmitted];
-    for c in 0..3 {
-        let sum: f64 = parts.iter().map(|p| p[c]).sum();
-        if !(sum <= 1.0 + 1e-3 && parts.iter().all(|p| p[c] >= 0.0)) {
-            return Err(Error::new(format!("its parts sum to {sum:.4} of the light that it receives"))
-                .help("reflection and transmission together are at most 1, and none is negative"));
-        }
-    }
-    Ok(MaterialKind::Lobes(lobes))
 }
 
 /// # Errors

@@ -1,7 +1,7 @@
 //! Mixtures of two materials in a constant ratio, as one material of their mean.
 
-use super::materials::bounded;
 use super::patterns::constant;
+use super::shares::bounded;
 use super::syntax::{Object, shortened};
 use crate::error::{Error, Result};
 use crate::scene::pane::{FRESNEL_THRESHOLD, SMOOTH_ROUGHNESS2, glass_pane, smooth_fresnel};

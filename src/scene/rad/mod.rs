@@ -27,6 +27,7 @@
 //! interpreted.
 
 mod command;
+mod definition;
 mod expression;
 mod generators;
 mod glazing;
@@ -37,6 +38,7 @@ mod patterns;
 mod polygons;
 mod proxies;
 mod reader;
+mod shares;
 mod surfaces;
 mod sweeps;
 mod syntax;

@@ -2,7 +2,7 @@
 //!
 //! As in Radiance a name means its latest definition *before* the place where it is used.
 
-use super::proxies::ThickBsdf;
+use super::definition::{Definition, Meaning};
 use super::syntax::Object;
 use super::types::{MaterialType, ObjectType};
 use super::{materials, mixtures, patterns};
@@ -19,60 +19,6 @@ pub(super) const VOID: &str = "void";
 
 /// Keyword of an alias that keeps the modifiers of its target.
 const INHERIT: &str = "inherit";
-
-/// A definition as it stood when it was read.
-#[derive(Debug)]
-pub(super) struct Definition {
-    name: String,
-    object: Object,
-    file: Rc<Path>,
-    /// Scale of lengths by the `xform`s around it.
-    scale: f64,
-    modifier: Option<Rc<Definition>>,
-    /// Other definitions that its arguments name, as they stood; `None` for what was not defined.
-    named: Vec<(String, Option<Rc<Definition>>)>,
-    /// Definitions that stand behind each other.
-    depth: usize,
-    material: Cell<Option<MaterialIndex>>,
-    meaning: Cell<Option<Meaning>>,
-}
-
-impl Definition {
-    fn at(&self, error: Error) -> Error {
-        self.object.at(error, &self.file)
-    }
-
-    /// Its arguments.
-    pub(super) fn object(&self) -> &Object {
-        &self.object
-    }
-
-    /// The file that holds it.
-    pub(super) fn file(&self) -> &Path {
-        &self.file
-    }
-
-    /// Scale of lengths by the `xform`s around it.
-    pub(super) fn scale(&self) -> f64 {
-        self.scale
-    }
-
-    /// The string arguments, if this is scattering data.
-    pub(super) fn scattering_data(&self) -> Option<&[String]> {
-        ["BSDF", "aBSDF"].contains(&self.object.kind.word()).then_some(self.object.strings.as_slice())
-    }
-
-    /// The `BSDF` with a thickness that this is, if it is one.
-    ///
-    /// # Errors
-    /// Arguments that are missing, or that only a function file would give.
-    pub(super) fn thick_bsdf(&self) -> Result<Option<ThickBsdf>> {
-        if self.object.kind.word() != "BSDF" {
-            return Ok(None);
-        }
-        ThickBsdf::read(&self.object.strings, self.scale).map_err(|e| self.object.at(e, &self.file))
-    }
-}
 
 /// All definitions so far.
 #[derive(Debug, Default)]
@@ -297,20 +243,6 @@ impl Modifiers {
         let kind = mixtures::mixed(first, second, share, &mut |e| warnings.push(d.at(e))).map_err(|e| d.at(e))?;
         Ok(Meaning { material: Some(kind), ..Meaning::VOID })
     }
-}
-
-/// What a modifier comes to: a material, or a pattern alone.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Meaning {
-    pub material: Option<MaterialKind>,
-    /// RGB factor of what it modifies.
-    pub pattern: [f64; 3],
-    /// Whether patterns or textures are part of it.
-    pub patterned: bool,
-}
-
-impl Meaning {
-    const VOID: Self = Self { material: None, pattern: [1.0; 3], patterned: false };
 }
 
 fn times(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -15,6 +15,8 @@ pub(crate) struct Panes {
     pub(crate) normal: DVec3,
     /// Triangles by surface, fronts to the side of the normal.
     pub(crate) surfaces: BTreeMap<u32, Vec<[DVec3; 3]>>,
+    /// Their numbers among the scene's.
+    pub(crate) numbers: Vec<usize>,
 }
 
 impl Panes {
@@ -49,49 +51,57 @@ impl Panes {
     }
 }
 
+/// A surface of more planes is curved.
+const MOST_PLANES: usize = 12;
+
 impl Scene {
-    /// The panes of glass, by plane and material; surfaces of glass that are not plane are told apart.
+    /// The panes of glass, by plane and material; surfaces of glass that are curved are told apart.
     pub(crate) fn plane_panes(&self) -> (Vec<Panes>, Vec<u32>) {
-        let mut by_surface: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        let mut by_surface: BTreeMap<(u32, MaterialIndex), Vec<usize>> = BTreeMap::new();
         for (i, triangle) in self.triangles.iter().enumerate() {
-            if matches!(self.materials[triangle.material.0 as usize].kind, MaterialKind::Glass { .. }) {
-                by_surface.entry(triangle.surface).or_default().push(i);
+            let is_glass = matches!(self.materials[triangle.material.0 as usize].kind, MaterialKind::Glass { .. });
+            if is_glass && area_vector(&triangle.vertices).length() > 0.0 {
+                by_surface.entry((triangle.surface, triangle.material)).or_default().push(i);
             }
         }
         let (mut groups, mut curved): (Vec<Panes>, Vec<u32>) = (Vec::new(), Vec::new());
-        for (surface, numbers) in by_surface {
-            let triangles: Vec<[DVec3; 3]> = numbers.iter().map(|i| self.triangles[*i].vertices).collect();
-            let areas: Vec<DVec3> = triangles.iter().map(area_vector).collect();
-            let size = areas.iter().map(|a| a.length()).sum::<f64>().sqrt();
-            let Some(normal) = areas.iter().max_by(|a, b| a.length().total_cmp(&b.length())).and_then(|a| a.try_normalize()) else {
-                continue;
-            };
-            let at = triangles[0][0];
-            let is_in =
-                |t: &[DVec3; 3], at: DVec3, normal: DVec3, size: f64| t.iter().all(|p| (*p - at).dot(normal).abs() <= IN_PLANE * size);
-            if !triangles.iter().all(|t| is_in(t, at, normal, size)) {
+        for ((surface, material), numbers) in by_surface {
+            let size = numbers.iter().map(|i| area_vector(&self.triangles[*i].vertices).length()).sum::<f64>().sqrt();
+            // First among themselves: a surface may be the panes of several sides.
+            let mut own: Vec<Panes> = Vec::new();
+            for i in numbers {
+                put(&mut own, material, surface, i, self.triangles[i].vertices, size);
+            }
+            if own.len() > MOST_PLANES {
                 curved.push(surface);
                 continue;
             }
-            let material = self.triangles[numbers[0]].material;
-            let own = |g: &&mut Panes| {
-                let first = g.surfaces.values().next().map_or(DVec3::ZERO, |t| t[0][0]);
-                g.material == material
-                    && g.normal.dot(normal).abs() > 1.0 - 1e-9
-                    && triangles.iter().all(|t| is_in(t, first, g.normal, size))
-            };
-            let to = |normal: DVec3, t: &[DVec3; 3]| if area_vector(t).dot(normal) < 0.0 { [t[0], t[2], t[1]] } else { *t };
-            match groups.iter_mut().find(own) {
-                Some(group) => {
-                    let turned = triangles.iter().map(|t| to(group.normal, t)).collect();
-                    group.surfaces.insert(surface, turned);
-                }
-                None => {
-                    let turned = triangles.iter().map(|t| to(normal, t)).collect();
-                    groups.push(Panes { material, normal, surfaces: BTreeMap::from([(surface, turned)]) });
+            for panes in own {
+                for (i, triangle) in panes.numbers.iter().zip(panes.triangles()) {
+                    put(&mut groups, material, surface, *i, triangle, size);
                 }
             }
         }
         (groups, curved)
     }
+}
+
+/// Puts a triangle to those in its plane.
+fn put(groups: &mut Vec<Panes>, material: MaterialIndex, surface: u32, number: usize, triangle: [DVec3; 3], size: f64) {
+    let Some(normal) = area_vector(&triangle).try_normalize() else { return };
+    let is_in = |g: &Panes| {
+        let at = g.surfaces.values().next().map_or(DVec3::ZERO, |t| t[0][0]);
+        let near = |p: &DVec3| (*p - at).dot(g.normal).abs() <= IN_PLANE * size;
+        g.material == material && g.normal.dot(normal).abs() > 1.0 - 1e-7 && triangle.iter().all(near)
+    };
+    let group = match groups.iter().position(is_in) {
+        Some(place) => &mut groups[place],
+        None => {
+            groups.push(Panes { material, normal, surfaces: BTreeMap::new(), numbers: Vec::new() });
+            groups.last_mut().expect("just pushed")
+        }
+    };
+    let turned = if normal.dot(group.normal) < 0.0 { [triangle[0], triangle[2], triangle[1]] } else { triangle };
+    group.surfaces.entry(surface).or_default().push(turned);
+    group.numbers.push(number);
 }

@@ -104,7 +104,7 @@ fn what_stands_close_before_or_behind_a_window_stays_and_is_named() {
         let frame = format!("wall:frame .4 {y} .9  .65 {y} .9  .65 {y} 2.6  .4 {y} 2.6");
         assert!(read(&[&frame], &[WINDOW]).2[0].contains("help: it covers 5.0 %;"));
         let pane = format!("pane:glass .5 {y} 1  .5 {y} 2.5  3.5 {y} 2.5  3.5 {y} 1");
-        assert!(read(&[&pane], &[WINDOW]).2[0].contains("counts beside that of the window's BSDF"));
+        assert!(read(&[&pane], &[WINDOW]).2[0].contains("counts beside that of the window's glazing"));
     }
     // The window in the middle of a thick wall that was not cut.
     let (_, _, warnings) = read(&["wall:face 0 -.25 0  0 -.25 3  4 -.25 3  4 -.25 0"], &[WINDOW]);

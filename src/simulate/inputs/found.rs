@@ -13,7 +13,7 @@ use crate::random::Random;
 use crate::scene::windows::found::Panes;
 use crate::scene::{MaterialKind, Pane, Scene, SurfaceOrigin};
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Rays from each side of a pane.
 const RAYS: usize = 1024;
@@ -41,7 +41,7 @@ pub(super) fn find(scene: &mut Scene, warnings: &mut Warnings) -> Result<Found> 
     let caster = Caster::new(solid);
     let mut found = Found { windows: Vec::new(), left: Vec::new() };
     let mut named: BTreeMap<String, usize> = BTreeMap::new();
-    let mut taken = Vec::new();
+    let mut taken = BTreeSet::new();
     for panes in groups {
         let material = scene.material(panes.material).clone();
         let [front, back] = [1.0, -1.0].map(|side| open_share(caster.as_ref(), &panes, side));
@@ -76,16 +76,21 @@ pub(super) fn find(scene: &mut Scene, warnings: &mut Warnings) -> Result<Found> 
             states: Vec::new(),
             daylight: None,
         });
-        taken.extend(panes.surfaces.into_keys());
+        taken.extend(panes.numbers);
     }
     for surface in curved {
-        let Some(origin) = scene.surfaces.get(surface as usize) else { continue };
+        let nameless = SurfaceOrigin { name: "glass".into(), file: "scene".into(), line: 1 };
+        let origin = scene.surfaces.get(surface as usize).unwrap_or(&nameless);
         let of = scene.triangles.iter().filter(|t| t.surface == surface);
         let area = of.clone().map(|t| (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).length() / 2.0).sum();
         let name = of.clone().next().map_or("glass", |t| &scene.material(t.material).name);
         found.left.push(told(origin, name, area, "it is not plane"));
     }
-    scene.triangles.retain(|t| !taken.contains(&t.surface));
+    let mut number = 0;
+    scene.triangles.retain(|_| {
+        number += 1;
+        !taken.contains(&(number - 1))
+    });
     Ok(found)
 }
 

@@ -8,8 +8,9 @@ use crate::sky::{SkyOptions, sky_matrix};
 use std::time::Instant;
 
 fn options(context: &Context<'_>) -> SkyOptions {
+    let ground_reflectance = [context.project.weather.ground_albedo; 3];
     let solar_spectrum = context.project.output.quantity.is_solar();
-    SkyOptions { subdivision: context.sky().subdivision(), solar_spectrum, ..SkyOptions::default() }
+    SkyOptions { subdivision: context.sky().subdivision(), solar_spectrum, ground_reflectance, ..SkyOptions::default() }
 }
 
 /// As the products want it: a file holds W/m²sr.

@@ -35,6 +35,8 @@ struct ToSun {
     per_path: f64,
 }
 const SENSOR_TO_SUN: ToSun = ToSun { per_point: 0.13, per_path: 0.35 };
+/// The same through panes alone, which scatter nothing: the second is once per batch.
+const SENSOR_TO_BARE_SUN: ToSun = ToSun { per_point: 0.115, per_path: 1.3 };
 const PIXEL_TO_SUN: ToSun = ToSun { per_point: 0.036, per_path: 0.29 };
 
 impl ToSun {
@@ -302,7 +304,8 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
     if inputs.windows.iter().any(|w| w.shade.is_some()) || inputs.choice(project).direct {
         // Panes alone scatter nothing.
         let scatters = inputs.windows.iter().any(|w| w.shade.is_some() && w.glass.is_none());
-        rays += pairs * f64::from(o.batches) * SENSOR_TO_SUN.rays(o.disc_samples, if scatters { o.paths } else { 0 });
+        let each = if scatters { SENSOR_TO_SUN.rays(o.disc_samples, o.paths) } else { SENSOR_TO_BARE_SUN.rays(o.disc_samples, 1) };
+        rays += pairs * f64::from(o.batches) * each;
     }
     if inputs.windows.iter().any(|w| w.pane.is_some()) {
         let p = pane_options(project);

@@ -116,7 +116,9 @@ fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
     lines.extend(inputs.glass_left.iter().cloned());
     for group in &inputs.sensors {
         let how = if direct { ", each sees the sky itself, through all glass and by any way" } else { "" };
-        lines.push(format!("sensors {}: {}{how}", group.name, group.sensors.len()));
+        let quantity = project.output.quantity;
+        let what = if quantity.is_solar() { format!(", {} in {}", quantity.name(), quantity.unit()) } else { String::new() };
+        lines.push(format!("sensors {}: {}{what}{how}", group.name, group.sensors.len()));
     }
     if direct {
         let pictures = "by bins of the windows, in five phases: pictures share V and D among all hours and pixels";

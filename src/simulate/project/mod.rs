@@ -7,6 +7,8 @@
 //! # date = "03-21T12:00"              # or a list; standard time
 //! # site = [46.5, 11.35, 15]          # latitude, longitude, standard meridian: degrees north and east
 //! # sky = "cie overcast"              # without date and site: 10,000 lx outdoors, for daylight factors
+//! north = 0                           # where north lies: degrees from +Y, counter-clockwise seen from above
+//! ground_albedo = 0.2                 # reflectance of the ground beyond the scene's
 //! [scene]
 //! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
 //! [[window]]                          # any number; without one sensors see the sky by what the scene leaves free
@@ -170,6 +172,11 @@ impl Project {
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
         let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
+        if output.quantity.is_solar() && weather.moments.is_some() {
+            return Err(top
+                .error("output", "the CIE's skies are of visible light: there is no solar irradiance under them")
+                .help("take 'quantity' out, or give a weather file in place of 'sky'"));
+        }
         if windows.is_empty() && (!views.is_empty() || sensors.iter().any(|s| s.view.is_some() || s.sun.is_some())) {
             return Err(top.missing_section(
                 "window",

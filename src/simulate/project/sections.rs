@@ -17,6 +17,10 @@ pub struct WeatherSection {
     pub file: PathBuf,
     /// `sky`, `date`, `site`: moments under a CIE sky in place of the file.
     pub moments: Option<Moments>,
+    /// Where north lies in the scene: so many degrees from +Y, counter-clockwise seen from above.
+    pub north: f64,
+    /// Reflectance of the ground outside, beyond what the scene has of it.
+    pub ground_albedo: f64,
 }
 
 /// Moments under one of the CIE's skies.
@@ -37,10 +41,11 @@ impl WeatherSection {
     /// # Errors
     /// What is wrong in the file, moments at night.
     pub fn load(&self, warnings: &mut Warnings) -> Result<Weather> {
-        match &self.moments {
+        let weather = match &self.moments {
             None => Weather::read(&self.file, warnings),
             Some(m) => cie::weather(m.sky, &m.times, m.site, warnings).map_err(|e| e.file(&self.file).field("weather.date")),
-        }
+        };
+        Ok(Weather { north: self.north, ..weather? })
     }
 }
 
@@ -126,12 +131,17 @@ pub struct SensorsSection {
     pub sun: Option<PathBuf>,
 }
 
+/// Reflectance of the ground that gendaymtx assumes.
+const GROUND_ALBEDO: f64 = 0.2;
+
 impl WeatherSection {
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let names = CieSky::ALL.map(|(name, kind)| (format!("cie {name}"), kind));
         let sky = table.choice("sky", &names.each_ref().map(|(name, kind)| (name.as_str(), *kind)))?;
         let dates = table.texts("date", "[\"03-21T09:00\", \"03-21T12:00\"]")?.unwrap_or_default();
         let site = table.numbers("site", -210.0..=210.0)?;
+        let north = table.number("north", -360.0..=360.0)?.unwrap_or(0.0);
+        let ground_albedo = table.number("ground_albedo", 0.0..=1.0)?.unwrap_or(GROUND_ALBEDO);
         let Some(sky) = sky else {
             let help = "add file = \"….wea\" or \"….epw\", or a sky in its place: sky = \"cie overcast\"";
             let Some(file) = table.path("file")? else { return Err(table.missing_all(&["file", "sky"], "has no 'file'", help)) };
@@ -142,7 +152,7 @@ impl WeatherSection {
                     .help("add sky = \"cie clear\" or the like in place of 'file', or take this out"));
             }
             table.finish()?;
-            return Ok(Self { file, moments: None });
+            return Ok(Self { file, moments: None, north, ground_albedo });
         };
         if table.path("file")?.is_some() {
             return Err(table
@@ -174,7 +184,7 @@ impl WeatherSection {
         }
         let file = table.place("sky").file;
         table.finish()?;
-        Ok(Self { file, moments: Some(Moments { sky, times, site }) })
+        Ok(Self { file, moments: Some(Moments { sky, times, site }), north, ground_albedo })
     }
 }
 

@@ -263,6 +263,7 @@ fn a_sky_takes_the_place_of_a_weather_file() {
         ("sky = \"cie overcast\"\nfile = \"a.wea\"", "take one of the two out"),
         ("file = \"a.wea\"\ndate = \"03-21T12:00\"", "'date' belongs to a 'sky'"),
         ("skey = \"cie overcast\"", "did you mean 'sky'?"),
+        ("sky = \"cie overcast\"\n[output]\nquantity = \"irradiance\"", "skies are of visible light"),
     ] {
         let message = complaint(&with(keys));
         assert!(message.contains(words), "{keys}: {message}");
@@ -270,4 +271,16 @@ fn a_sky_takes_the_place_of_a_weather_file() {
     let night = read(&with("sky = \"cie clear\"\ndate = \"12-21T23:00\"\nsite = [46.5, 11.35, 15]")).unwrap();
     let message = night.weather.load(&mut Warnings::new()).unwrap_err().to_string();
     assert!(message.contains("project.toml") && message.contains("below the horizon"), "{message}");
+}
+
+#[test]
+fn north_turns_the_sky_and_the_ground_reflects_as_the_project_says() {
+    let p = read(&GOOD.replacen("file = \"a.wea\"", "file = \"a.wea\"\nnorth = 30\nground_albedo = 0.35", 1)).unwrap();
+    assert_eq!((p.weather.north, p.weather.ground_albedo), (30.0, 0.35));
+    let p = read(GOOD).unwrap();
+    assert_eq!((p.weather.north, p.weather.ground_albedo), (0.0, 0.2));
+    for (keys, words) in [("north = 400", "-360 to 360"), ("ground_albedo = 20", "0 to 1"), ("nort = 3", "did you mean 'north'?")] {
+        let message = complaint(&GOOD.replacen("file = \"a.wea\"", &format!("file = \"a.wea\"\n{keys}"), 1));
+        assert!(message.contains(words), "{keys}: {message}");
+    }
 }

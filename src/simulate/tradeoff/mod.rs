@@ -250,7 +250,8 @@ pub fn illuminance(
     matrices: &[(Matrix<f32>, Matrix<f32>)],
     multiplier: &dyn Multiplier,
 ) -> Result<Matrix<f32>> {
-    let options = SkyOptions { subdivision: inputs.sky(project).subdivision(), ..SkyOptions::default() };
+    let ground_reflectance = [project.weather.ground_albedo; 3];
+    let options = SkyOptions { subdivision: inputs.sky(project).subdivision(), ground_reflectance, ..SkyOptions::default() };
     let sky = sky_matrix(&inputs.weather, &options, &Silent)?;
     let mut lux: Option<Matrix<f32>> = None;
     for (window, (v, d)) in inputs.windows.iter().zip(matrices) {
