@@ -86,7 +86,7 @@ impl Filled {
             Self::Layers(data) => {
                 let scattering = checked(data, &project.file, warnings).map_err(|e| section.place.of(e))?;
                 let sees_sun = section.filling.is_clear() && !section.names_what_suns_pass();
-                Ok(sees_sun.then(|| PaneBsdf::PeakBsdf(scattering)))
+                Ok(sees_sun.then_some(PaneBsdf::PeakBsdf(scattering)))
             }
         }
     }

@@ -159,7 +159,7 @@ pub(crate) fn write_sky(context: &Context<'_>, made: &Made<'_>) -> Result<()> {
     let view = &made.sampled.view;
     let steps = context.inputs.weather.steps();
     // The ground below the horizon comes first.
-    let share = |m: &Matrix<f32>, row: usize| m.row(row)[3..].chunks_exact(3).map(|v| luminous(v)).sum::<f64>() / (PI * LUMINOUS_EFFICACY);
+    let share = |m: &Matrix<f32>, row: usize| m.row(row)[3..].chunks_exact(3).map(luminous).sum::<f64>() / (PI * LUMINOUS_EFFICACY);
     let mut first = 0;
     for group in &context.inputs.sensors {
         let path = context.store.results_path(&format!("{}_sky", group.name), "csv");
