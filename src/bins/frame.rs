@@ -41,12 +41,12 @@ impl Frame {
     }
 
     /// World direction to local coordinates.
-    pub(crate) fn to_local(&self, world: DVec3) -> DVec3 {
+    pub(crate) fn to_local(self, world: DVec3) -> DVec3 {
         DVec3::new(world.dot(self.x), world.dot(self.y), world.dot(self.z))
     }
 
     /// Local direction to world coordinates.
-    pub(crate) fn to_world(&self, local: DVec3) -> DVec3 {
+    pub(crate) fn to_world(self, local: DVec3) -> DVec3 {
         self.x * local.x + self.y * local.y + self.z * local.z
     }
 }

@@ -67,7 +67,6 @@ impl PictureSet {
     }
 
     /// Number of pictures.
-    #[expect(clippy::len_without_is_empty, reason = "a set is never empty")]
     pub fn len(&self) -> usize {
         self.paths.len()
     }
