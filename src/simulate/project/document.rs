@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::text;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 /// A whole TOML file as text, kept for line numbers.
 pub(super) struct Document<'a> {
@@ -65,4 +65,17 @@ pub(crate) struct Places {
     pub(super) sensors: Place,
     pub(super) view: Place,
     pub(super) images: Place,
+}
+
+/// What a value is, in words.
+pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) => "a whole number",
+        DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "a list",
+        DeValue::Table(_) => "a section",
+    }
 }

@@ -63,6 +63,7 @@ pub mod given;
 pub mod glare;
 pub mod method;
 mod model;
+mod names;
 mod of_model;
 pub mod output;
 pub mod quality;

@@ -1,7 +1,8 @@
 //! `[weather]`, `[scene]`, `[[window]]`, `[[sensors]]`.
 
 use super::given::ImportSection;
-use super::table::{Place, Table, name};
+use super::names::name;
+use super::table::{Place, Table};
 use crate::error::{Result, Warnings};
 use crate::scene::Pane;
 use crate::scene::grid::Spread;

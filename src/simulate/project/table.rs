@@ -1,6 +1,7 @@
 //! Reading TOML tables so that every complaint names the file, the line and the key, and a
 //! misspelt key is answered with the one that was probably meant.
 
+use super::document::kind;
 pub(super) use super::document::{Document, Place};
 use super::spelling::nearest;
 use crate::error::{Error, Result};
@@ -396,28 +397,4 @@ impl<'d, 'a> Table<'d, 'a> {
 /// Where a section starts: the span of a table may be empty, then its first key serves.
 fn section_start(value: &Spanned<DeValue<'_>>, entries: &DeTable<'_>) -> usize {
     if value.span().is_empty() { entries.keys().map(|k| k.span().start).min().unwrap_or(0) } else { value.span().start }
-}
-
-fn kind(value: &DeValue<'_>) -> &'static str {
-    match value {
-        DeValue::String(_) => "a text",
-        DeValue::Integer(_) => "a whole number",
-        DeValue::Float(_) => "a number",
-        DeValue::Boolean(_) => "true or false",
-        DeValue::Datetime(_) => "a date",
-        DeValue::Array(_) => "a list",
-        DeValue::Table(_) => "a section",
-    }
-}
-
-/// A name that can be part of a file name on every system.
-pub(super) fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
-    let name = table.required_string("name", help)?;
-    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
-    if name.starts_with('.') || name.len() > 100 || !name.chars().all(allowed) {
-        return Err(table
-            .error("name", format!("'{name}' cannot be part of a file name"))
-            .help("use letters, digits, '-', '_', '.' and blanks, at most 100"));
-    }
-    Ok(name)
 }

@@ -12,7 +12,8 @@
 //! `seats-001-090`.
 
 use super::given::GivenPictures;
-use super::table::{Table, name};
+use super::names::name;
+use super::table::Table;
 use super::views::{ViewSection, resolution};
 use crate::camera::{Projection, View};
 use crate::error::{Error, Result};

@@ -1,7 +1,8 @@
 //! `[[view]]` and `[images]`: the cameras of a project, and the hours whose pictures are written.
 
 use super::given::GivenPictures;
-use super::table::{Place, Table, name};
+use super::names::name;
+use super::table::{Place, Table};
 use crate::camera::{Raster, View};
 use crate::error::{Error, Result, Warnings};
 use crate::scene;
