@@ -2,6 +2,7 @@
 # make test        check format and lints, run all tests
 # make bench       measure kernels and the whole job, write target/bench.json
 # make validation  run all tests and benchmarks, write what they measured into VALIDATION.md
+# make soak        kill two hundred runs at random moments, and compare what they end in
 # make viewer      build the viewer and look at the demo's results (which it computes if there are none)
 #
 # All share one build of every crate: the same profile, and features that .ci/builds-once compares.
@@ -12,7 +13,7 @@
 
 LUCARNE := target/release/lucarne
 
-.PHONY: demo test lint bench validation viewer build vulkan
+.PHONY: demo test lint bench validation soak viewer build vulkan
 .DEFAULT_GOAL := build
 
 build:
@@ -51,6 +52,9 @@ validation: vulkan
 	cargo test --release --workspace -- --skip validation_has_the_structure
 	cargo bench
 	cargo run --release --example write_validation
+
+soak: vulkan
+	LUCARNE_KILLS=200 cargo test --release --test nothing_lost killed -- --nocapture
 
 # Without results there is nothing to look at: then the demo comes first.
 viewer: vulkan
