@@ -70,7 +70,7 @@ fn contradictions_are_answered_with_file_line_key_and_remedy() {
         ),
         ("MF:7", said(&shade, "", "phases = 5\nsuns = 7"), &["error", "method.suns", "1 to 6"]),
         ("a slip", said(&shade, "", "phases = 5\nsuns = \"hourli\""), &["error", "'hourli'", "\"hourly\", or a whole number from 1 to 6"]),
-        ("five in words", said(&shade, "", "phases = \"five\""), &["error", "'five'", "\"auto\", or a whole number"]),
+        ("five in words", said(&shade, "", "phases = \"five\""), &["error", "'five'", "\"direct\", or a whole number"]),
         ("shade and tree", said(&format!("{shade}\n{tree}"), "", five), &["error", "window 1.tensor_tree", "either", "keep the shade"]),
         (
             "BSDF and states",

@@ -327,6 +327,7 @@ mod tests {
         // Now it is this folder's own; a new one leaves the other as it is.
         let other = Matrix::from_data(1, 2, 1, vec![3.0, 4.0]).unwrap();
         store.save("V", &other, inputs, "a test").unwrap();
+        drop(store);
         assert_eq!(Store::open(&a).unwrap().load("V", inputs, (1, 2, 1)), Some(m));
         assert_eq!(Store::open(&b).unwrap().load("V", inputs, (1, 2, 1)), Some(other));
     }
