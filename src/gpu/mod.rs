@@ -31,18 +31,13 @@ pub use buffer::Buffer;
 pub(crate) use buffer::check_finite;
 pub use device::{AdapterSummary, Device, DeviceKind, NO_DEVICE_HELP, list};
 pub(crate) use kernel::{BindGroup, Kernel};
-pub use link::Linked;
-pub use link::link;
+pub use link::{Linked, link};
 pub use memory::Chunk;
 pub(crate) use memory::DEFAULT_MEMORY;
 pub use memory::Plan;
-pub use shader::Declared;
+pub use shader::{Declared, Member, Number, Shader};
 #[doc(hidden)]
-pub use shader::Layout;
-pub use shader::Member;
-pub use shader::Number;
-pub use shader::Shader;
-pub(crate) use shader::{wgsl_constant, wgsl_struct};
+pub use shader::{Layout, wgsl_constant, wgsl_struct};
 pub use sources::{SOURCES, source};
 
 /// Shaders of this module, for the test that links and validates every shader.

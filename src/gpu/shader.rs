@@ -38,7 +38,7 @@ impl Shader {
 
     /// The same that may import more, which many shaders share.
     #[must_use]
-    pub(crate) const fn sharing(self, shared: &'static [&'static [Declared]]) -> Self {
+    pub const fn sharing(self, shared: &'static [&'static [Declared]]) -> Self {
         Self { shared, ..self }
     }
 
@@ -106,7 +106,7 @@ pub struct Layout {
 
 impl Layout {
     /// Before the first member.
-    pub(crate) const START: Self = Self { last: 0, end: 0, align: 1 };
+    pub const START: Self = Self { last: 0, end: 0, align: 1 };
 
     /// With another member.
     #[must_use]
@@ -144,7 +144,7 @@ impl Number for f64 {
 }
 
 #[doc(hidden)]
-pub(crate) fn wgsl_struct(name: &str, members: &[(&str, &str)], atomic: bool) -> String {
+pub fn wgsl_struct(name: &str, members: &[(&str, &str)], atomic: bool) -> String {
     let mut text = format!("struct {name} {{\n");
     for (member, wgsl) in members {
         text += &if atomic { format!("    {member}: atomic<{wgsl}>,\n") } else { format!("    {member}: {wgsl},\n") };
@@ -153,7 +153,7 @@ pub(crate) fn wgsl_struct(name: &str, members: &[(&str, &str)], atomic: bool) ->
 }
 
 #[doc(hidden)]
-pub(crate) fn wgsl_constant<T: Number>(name: &str, value: T) -> String {
+pub fn wgsl_constant<T: Number>(name: &str, value: T) -> String {
     format!("const {name}: {} = {};\n", T::WGSL, value.literal())
 }
 
