@@ -270,10 +270,10 @@ pub(crate) fn header(inputs: Fingerprint, about: &str, more: &[String]) -> Vec<S
 }
 
 /// Name of the file that a run holds a lock on, with its process in it.
-const LOCK: &str = ".lock";
+pub(crate) const LOCK: &str = ".lock";
 
 /// Keeps other runs out of a folder until the file that it gives is closed; nothing on a file system without locks.
-fn lock(folder: &Path) -> Result<Option<File>> {
+pub(crate) fn lock(folder: &Path) -> Result<Option<File>> {
     let path = folder.join(LOCK);
     let fault = |e: std::io::Error| Error::io(&path, &e).field("output folder");
     let mut file = File::options().create(true).read(true).write(true).truncate(false).open(&path).map_err(fault)?;

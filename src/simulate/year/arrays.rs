@@ -1,7 +1,7 @@
 //! The year as arrays, and where its files are.
 
 use super::files::{self, TemporaryFolder};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::matrix::Matrix;
 use crate::scene::points::faces_up;
 use crate::simulate::project::Quantity;
@@ -9,7 +9,7 @@ use crate::simulate::results::annual::{self, SensorYear};
 use crate::simulate::results::glare::read::{GlareYear, read_years};
 use crate::simulate::results::illuminance::read_table;
 use crate::simulate::results::pictures::PictureView;
-use crate::simulate::store::{Store, read_stored};
+use crate::simulate::store::{Store, lock, read_stored};
 use crate::simulate::summary::Summary;
 use crate::weather::time::Time;
 use glam::DVec3;
@@ -188,8 +188,10 @@ impl Year {
     /// name are replaced.
     ///
     /// # Errors
-    /// Failures of the file system with the path named.
+    /// Failures of the file system with the path named, and a folder that a run writes into.
     pub fn write(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, &e))?;
+        let _lock = lock(folder)?;
         files::copy(&self.folder, folder)
     }
 }

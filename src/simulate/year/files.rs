@@ -1,6 +1,7 @@
 //! Folders of a year: one that goes with it, and copies.
 
 use crate::error::{Error, Result};
+use crate::simulate::store::LOCK;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -49,6 +50,10 @@ pub(super) fn copy(from: &Path, to: &Path) -> Result<()> {
             copy(&source, &target)?;
             continue;
         }
+        // Each folder has a lock of its own.
+        if entry.file_name() == LOCK {
+            continue;
+        }
         // Files are only ever replaced, never written into: two names for one are safe.
         let _ = std::fs::remove_file(&target);
         if std::fs::hard_link(&source, &target).is_err() {
@@ -68,6 +73,7 @@ mod tests {
         let folder = TemporaryFolder::new().unwrap();
         std::fs::create_dir(folder.path().join("glare")).unwrap();
         std::fs::write(folder.path().join("glare/a.csv"), "1").unwrap();
+        std::fs::write(folder.path().join(LOCK), "process 1").unwrap();
         let to = there.path().join("deep/out");
         for _ in 0..2 {
             copy(folder.path(), &to).unwrap();
@@ -75,7 +81,7 @@ mod tests {
         copy(&to, &to).unwrap();
         let path = folder.path().to_path_buf();
         drop(folder);
-        assert!(!path.exists());
+        assert!(!path.exists() && !to.join(LOCK).exists());
         assert_eq!(std::fs::read_to_string(to.join("glare/a.csv")).unwrap(), "1");
     }
 }
