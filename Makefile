@@ -1,5 +1,5 @@
 # make demo        build, and compute a year of daylight in the office of scenes/office
-# make test        check format and lints, run all tests
+# make test        check format, lints and the links of the documentation, run all tests
 # make bench       measure kernels and the whole job, write target/bench.json
 # make validation  run all tests and benchmarks, write what they measured into VALIDATION.md
 # make soak        kill two hundred runs at random moments, and compare what they end in
@@ -42,6 +42,7 @@ lint:
 	@if ! cargo clippy --version >/dev/null 2>&1; then echo "clippy is not installed: lints not checked"; \
 	 elif rustc --version | grep -q '^rustc 1\.95\.'; then cargo clippy --release --workspace --all-targets -- -D warnings; \
 	 else cargo clippy --release --workspace --all-targets; fi
+	cargo doc --release --no-deps --quiet
 
 bench: vulkan
 	cargo bench

@@ -19,7 +19,7 @@ pub fn line() -> String {
     format!("{KEY}{}", "0".repeat(DIGITS))
 }
 
-/// Writes a file as [`write_atomically`](super::write_atomically) does, and the checksum into its [`line`], which
+/// Writes a file as [`write_atomically`](super::write_atomically) does, and the checksum into its [`line()`], which
 /// `write` writes among the first 64 KiB.
 ///
 /// # Errors
