@@ -204,6 +204,24 @@ pub fn output(command: &mut Command) -> Vec<u8> {
     out.stdout
 }
 
+/// Irradiance that Radiance's `rtrace` finds at the points (lines of x y z dx dy dz) of a scene under a sky of radiance 1
+/// on all sides, by up to eight diffuse reflections, or a skip. Its own noise is below 1 % behind a window.
+///
+/// # Panics
+/// If the scene cannot be written or a program fails.
+pub fn rtrace_under_even_sky(folder: &Path, scene: &str, points: &str) -> Option<Vec<f64>> {
+    let (mut oconv, mut rtrace) = (radiance("oconv")?, radiance("rtrace")?);
+    let [scene_file, octree, points_file] = ["even.rad", "even.oct", "even.txt"].map(|name| folder.join(name));
+    let sky = "void glow even_sky 0 0 4 1 1 1 0\neven_sky source all_around 0 0 4 0 0 1 360\n";
+    std::fs::write(&scene_file, format!("{scene}\n{sky}")).expect("the folder can be written to");
+    std::fs::write(&points_file, points).expect("the folder can be written to");
+    std::fs::write(&octree, output(oconv.arg(&scene_file))).expect("the folder can be written to");
+    let options = "-h -I -ab 8 -ad 20000 -as 0 -aa 0 -lw 1e-6 -u+";
+    let input = std::fs::File::open(&points_file).expect("the points were written");
+    let text = String::from_utf8(output(rtrace.args(options.split(' ')).arg(&octree).stdin(input))).expect("numbers");
+    Some(text.lines().map(|l| l.split_whitespace().nth(1).expect("three channels").parse().expect("a number")).collect())
+}
+
 /// Whether `pywincalc` (the engine of WINDOW) is there, or a skip.
 pub fn has_pywincalc() -> bool {
     static FOUND: OnceLock<bool> = OnceLock::new();

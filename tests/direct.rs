@@ -12,10 +12,8 @@ use lucarne::scene::Pane;
 use lucarne::simulate::project::builder::ProjectBuilder;
 use lucarne::simulate::{Plan, Project, Summary};
 use lucarne::{Result, Warnings};
-use std::io::Write;
 use std::path::Path;
-use std::process::Stdio;
-use testing::{measured, output, percent, percents, radiance};
+use testing::{measured, percent, percents};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 const GREY: &str = "void plastic wall 0 0 5 .5 .5 .5 0 0\n";
@@ -174,24 +172,14 @@ fn other_random_numbers_differ_by_the_stated_error() {
 #[test]
 fn a_uniform_sky_through_a_pane_in_its_reveal_is_that_of_radiance() {
     let Some(device) = device("direct coefficients against Radiance") else { return };
-    let (Some(mut oconv), Some(mut rtrace)) = (radiance("oconv"), radiance("rtrace")) else { return };
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     computed(&device, glass(folder.path(), &format!("{GREY}{ROOM}{REVEAL}")).set("method", "sky_subdivision", 1), &out);
     let c = read_matrix(&out.join("matrices/DC_room.mtx")).unwrap().matrix;
     let sum = |row: usize| (0..c.cols()).map(|p| f64::from(c.at(row, p)[1])).sum::<f64>();
     let t = Pane::of_transmittance([0.65; 3]).unwrap().transmissivity[0];
-    let scene = format!(
-        "{GREY}{ROOM}{REVEAL}void glass pane 0 0 3 {t} {t} {t}\npane polygon p 0 0 12 {OPENING}\nvoid glow sky 0 0 4 1 1 1 0\nsky source all 0 0 4 0 0 1 360\n"
-    );
-    std::fs::write(folder.path().join("all.rad"), scene).unwrap();
-    let octree = folder.path().join("all.oct");
-    std::fs::write(&octree, output(oconv.arg(folder.path().join("all.rad")))).unwrap();
-    let options = "-h -I -ab 8 -ad 20000 -as 0 -aa 0 -lw 1e-6 -u+";
-    let mut child = rtrace.args(options.split(' ')).arg(&octree).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
-    child.stdin.take().unwrap().write_all(POINTS.as_bytes()).unwrap();
-    let text = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
-    let wanted: Vec<f64> = text.lines().map(|l| l.split_whitespace().nth(1).unwrap().parse().unwrap()).collect();
+    let pane = format!("void glass pane 0 0 3 {t} {t} {t}\npane polygon p 0 0 12 {OPENING}\n");
+    let Some(wanted) = testing::rtrace_under_even_sky(folder.path(), &format!("{GREY}{ROOM}{REVEAL}{pane}"), POINTS) else { return };
     assert_eq!(wanted.len(), c.rows());
     let errors: Vec<f64> = (0..wanted.len()).map(|i| sum(i) / wanted[i] - 1.0).collect();
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;

@@ -20,10 +20,8 @@ use lucarne::simulate::project::method::SunScheme;
 use lucarne::simulate::{Inputs, Plan, Project, Summary, run};
 use lucarne::units::ILLUMINANCE_WEIGHTS;
 use lucarne::{Result, Warnings};
-use std::io::Write;
 use std::path::Path;
-use std::process::Stdio;
-use testing::{measured, output, percent, percents, radiance};
+use testing::{measured, percent, percents};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 /// A room of 3 m × 4 m × 3 m with an opening of 2 m × 1.4 m in the thin south wall, materials before.
@@ -307,7 +305,6 @@ fn faults_of_glass_are_told_with_line_key_and_remedy() {
 #[test]
 fn a_uniform_sky_through_glass_is_that_of_radiance() {
     let Some(device) = device("glass against Radiance") else { return };
-    let (Some(mut oconv), Some(mut rtrace)) = (radiance("oconv"), radiance("rtrace")) else { return };
     let folder = tempfile::tempdir().unwrap();
     // By V·T·D with a sky of radiance 1 in every patch: the room has no reveal, so that nothing varies over the window.
     let project = room(folder.path(), GREY, "", &day(0.0, 100.0))
@@ -321,17 +318,8 @@ fn a_uniform_sky_through_glass_is_that_of_radiance() {
     let coefficients = read_matrix(&out.join("matrices/DC_room.mtx")).unwrap().matrix;
     let sum = |row: usize| (0..coefficients.cols()).map(|p| f64::from(coefficients.at(row, p)[1])).sum::<f64>();
     let t = Pane::of_transmittance([0.65; 3]).unwrap().transmissivity[0];
-    let scene = format!(
-        "{GREY}{ROOM}void glass pane 0 0 3 {t} {t} {t}\npane polygon p 0 0 12 {OPENING}\nvoid glow sky 0 0 4 1 1 1 0\nsky source all 0 0 4 0 0 1 360\n"
-    );
-    std::fs::write(folder.path().join("all.rad"), scene).unwrap();
-    let octree = folder.path().join("all.oct");
-    std::fs::write(&octree, output(oconv.arg(folder.path().join("all.rad")))).unwrap();
-    let options = "-h -I -ab 8 -ad 20000 -as 0 -aa 0 -lw 1e-6 -u+";
-    let mut child = rtrace.args(options.split(' ')).arg(&octree).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
-    child.stdin.take().unwrap().write_all(POINTS.as_bytes()).unwrap();
-    let text = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
-    let wanted: Vec<f64> = text.lines().map(|l| l.split_whitespace().nth(1).unwrap().parse().unwrap()).collect();
+    let pane = format!("void glass pane 0 0 3 {t} {t} {t}\npane polygon p 0 0 12 {OPENING}\n");
+    let Some(wanted) = testing::rtrace_under_even_sky(folder.path(), &format!("{GREY}{ROOM}{pane}"), POINTS) else { return };
     assert_eq!(wanted.len(), coefficients.rows());
     let errors: Vec<f64> = (0..wanted.len()).map(|i| sum(i) / wanted[i] - 1.0).collect();
     println!("{errors:?}");

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Looks {
     /// Rays to windows before the sensor, those that light came by, what they could have brought in units.
-    pub straight: [u32; 3],
+    pub at_windows: [u32; 3],
     /// Light that paths found of windows, its sum in units; of the sky by no window, its sum.
     pub by_paths: [u32; 4],
     /// Deviation by what light paths may have brought, of which few arrived, sr.
@@ -35,15 +35,15 @@ pub(super) fn add(result: &mut TracedMatrix, looks: &[Looks], sky: ReinhartSky, 
     let unlit = looks.iter().filter(|l| l.by_paths[2] == 0).count() as f64;
     let shares: Vec<f64> = (0..sky.len()).map(|p| sky.solid_angle(p) / (4.0 * PI)).collect();
     for (sensor, look) in looks.iter().enumerate() {
-        let [ahead, hits, possible] = look.straight.map(f64::from);
+        let [ahead, hits, possible] = look.at_windows.map(f64::from);
         // All that could be hidden is what stands before the sensor.
-        let straight = if ahead > 0.0 && hits < ahead { of_hits(hits, possible / LOOK_UNITS / ahead, samples) } else { 0.0 };
+        let at_windows = if ahead > 0.0 && hits < ahead { of_hits(hits, possible / LOOK_UNITS / ahead, samples) } else { 0.0 };
         let [found, sum] = [look.by_paths[0], look.by_paths[1]].map(f64::from);
         // Without any, there may be no way at all, and half a hit is as much as was found of the rarest light.
         let near = if found > 0.0 { of_hits(found, sum / LOOK_UNITS / found, paths) } else { 0.0 };
         let [found, sum] = [look.by_paths[2], look.by_paths[3]].map(f64::from);
         let open = if found > 0.0 { of_hits(found, sum / LOOK_UNITS / found, paths) } else { of_hits(found, PI, to_the_sky * unlit) };
-        let parts = [(Part::WINDOWS, straight), (Part::REFLECTIONS, near), (Part::GATHERED, look.gathered), (Part::OTHERS, open)];
+        let parts = [(Part::WINDOWS, at_windows), (Part::REFLECTIONS, near), (Part::GATHERED, look.gathered), (Part::OTHERS, open)];
         for (part, size) in parts {
             if size == 0.0 {
                 continue;

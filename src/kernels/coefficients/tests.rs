@@ -220,10 +220,10 @@ impl House {
             }
         }
         let mut found = String::new();
-        for (row, [total, straight]) in reference.iter().enumerate() {
+        for (row, [total, unreflected]) in reference.iter().enumerate() {
             let named = |what: &str, e: String| format!("-ab {bounces}, {light_paths} light paths, sensor {row}, {what}: {e}\n");
             found += &named("total", agrees(&c, row, total, samples).map_err(|e| named("total", e))?);
-            found += &named("direct", agrees(&direct, row, straight, samples).map_err(|e| named("direct", e))?);
+            found += &named("direct", agrees(&direct, row, unreflected, samples).map_err(|e| named("direct", e))?);
         }
         Ok(found)
     }

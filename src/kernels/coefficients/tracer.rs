@@ -160,7 +160,7 @@ impl<'d> Tracer<'d> {
             let params = self.params(0x7769_6e64, o.direct_samples, count);
             let pass = Pass { kernel: &self.direct, params, workgroups: [o.direct_samples.div_ceil(64), count as u32, o.batches] };
             parts.push(self.sampled(&pass, &receivers, &of_windows, &mut result.statistics)?);
-            looks.iter_mut().zip(self.device.read::<[u32; 3]>(&of_windows)?).for_each(|(l, found)| l.straight = found);
+            looks.iter_mut().zip(self.device.read::<[u32; 3]>(&of_windows)?).for_each(|(l, found)| l.at_windows = found);
         }
         stage(0.1)?;
         let of_paths = self.device.zeros::<[u32; 4]>("looks of paths", count)?;

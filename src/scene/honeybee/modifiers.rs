@@ -127,7 +127,7 @@ fn generic(name: &str) -> Option<MaterialKind> {
 }
 
 /// All modifiers and modifier sets of a model.
-pub(super) struct Library<'a> {
+pub(super) struct Modifiers<'a> {
     file: &'a Path,
     modifiers: HashMap<&'a str, Node<'a>>,
     sets: HashMap<&'a str, Node<'a>>,
@@ -137,20 +137,20 @@ pub(super) struct Library<'a> {
     made: RefCell<HashMap<String, Rc<Modifier>>>,
 }
 
-impl<'a> Library<'a> {
+impl<'a> Modifiers<'a> {
     /// # Errors
     /// Modifiers without identifier, lists that are none.
     pub fn read(model: &Node<'a>, file: &'a Path, scale: f64) -> Result<Self> {
-        let mut library = Self { file, modifiers: HashMap::new(), sets: HashMap::new(), scale, made: RefCell::default() };
-        let Some(radiance) = radiance(model)? else { return Ok(library) };
+        let mut all = Self { file, modifiers: HashMap::new(), sets: HashMap::new(), scale, made: RefCell::default() };
+        let Some(radiance) = radiance(model)? else { return Ok(all) };
         let global = radiance.object("global_modifier_set")?.map(|g| g.list("modifiers")).transpose()?.unwrap_or_default();
         for modifier in global.into_iter().chain(radiance.list("modifiers")?) {
-            library.modifiers.insert(modifier.identifier()?, modifier);
+            all.modifiers.insert(modifier.identifier()?, modifier);
         }
         for set in radiance.list("modifier_sets")? {
-            library.sets.insert(set.identifier()?, set);
+            all.sets.insert(set.identifier()?, set);
         }
-        Ok(library)
+        Ok(all)
     }
 
     /// The modifier set of a room, by name or in place; `None` for Honeybee's generic one.

@@ -4,7 +4,7 @@ mod doubles;
 
 use super::geometry::{Face3d, mesh};
 use super::json::Node;
-use super::modifiers::{Kind, Library, Modifier, Role, radiance};
+use super::modifiers::{Kind, Modifier, Modifiers, Role, radiance};
 use super::windows::{Opening, RoomSolid};
 use crate::error::{Error, Result, Warnings};
 use crate::limits;
@@ -22,7 +22,7 @@ const SUB_FACES: usize = 1 << 13;
 pub(super) struct Reader<'a, 'w> {
     file: &'a Path,
     pub warnings: &'w mut Warnings,
-    library: Library<'a>,
+    modifiers: Modifiers<'a>,
     /// Metres per unit, and the model's tolerance in metres.
     pub scale: f64,
     pub tolerance: f64,
@@ -51,11 +51,11 @@ struct Parent<'p, 'a> {
 }
 
 impl<'a, 'w> Reader<'a, 'w> {
-    pub fn new(file: &'a Path, library: Library<'a>, scale: f64, tolerance: f64, warnings: &'w mut Warnings) -> Self {
+    pub fn new(file: &'a Path, modifiers: Modifiers<'a>, scale: f64, tolerance: f64, warnings: &'w mut Warnings) -> Self {
         Self {
             file,
             warnings,
-            library,
+            modifiers,
             scale,
             tolerance,
             scene: Scene::default(),
@@ -108,7 +108,7 @@ impl<'a, 'w> Reader<'a, 'w> {
     }
 
     fn room(&mut self, room: &Node<'a>) -> Result<()> {
-        let set = self.library.set_of(room)?;
+        let set = self.modifiers.set_of(room)?;
         let faces = room.list("faces")?;
         if faces.is_empty() {
             return Err(room.missing("faces"));
@@ -184,7 +184,7 @@ impl<'a, 'w> Reader<'a, 'w> {
             if partner.is_none() {
                 self.look_for_double(face, &outline, room);
             }
-            let modifier = self.library.of(face, set, role, self.warnings)?;
+            let modifier = self.modifiers.of(face, set, role, self.warnings)?;
             let holes: Vec<&Face3d> = holes.iter().collect();
             let mut punched = outline.with_holes(&holes);
             if second {
@@ -286,7 +286,7 @@ impl<'a, 'w> Reader<'a, 'w> {
 
     fn shade_mesh(&mut self, shade: &Node<'a>) -> Result<()> {
         let role = if shade.boolean("is_detached", true)? { Role::Context } else { Role::Shade { indoor: false } };
-        let modifier = self.library.of(shade, None, role, self.warnings)?;
+        let modifier = self.modifiers.of(shade, None, role, self.warnings)?;
         let faces = mesh(shade, "geometry", self.scale)?;
         let triangles = faces.iter().flat_map(|f| triangulate(f).triangles).collect();
         self.add(shade, triangles, &modifier)
@@ -294,7 +294,7 @@ impl<'a, 'w> Reader<'a, 'w> {
 
     /// The modifier of an object that may have states, in the first of them, whose shades are added; and its group.
     fn in_first_state(&mut self, node: &Node<'a>, set: Option<&Node<'a>>, role: Role) -> Result<(Rc<Modifier>, Option<String>)> {
-        let own = |reader: &mut Self| reader.library.of(node, set, role, reader.warnings);
+        let own = |reader: &mut Self| reader.modifiers.of(node, set, role, reader.warnings);
         let Some(properties) = radiance(node)? else { return Ok((own(self)?, None)) };
         let Some(group) = properties.text("dynamic_group_identifier")? else { return Ok((own(self)?, None)) };
         let states = properties.list("states")?;
@@ -304,13 +304,13 @@ impl<'a, 'w> Reader<'a, 'w> {
         for shade in state.list("shades")? {
             let outline = self.geometry(&shade)?;
             let modifier = match shade.get("modifier") {
-                Some(modifier) => self.library.find(&modifier, &shade, self.warnings)?,
-                None => self.library.of(&shade, None, Role::Context, self.warnings)?,
+                Some(modifier) => self.modifiers.find(&modifier, &shade, self.warnings)?,
+                None => self.modifiers.of(&shade, None, Role::Context, self.warnings)?,
             };
             self.surface(&shade, &outline, &modifier)?;
         }
         let modifier = match state.get("modifier") {
-            Some(modifier) => self.library.find(&modifier, node, self.warnings)?,
+            Some(modifier) => self.modifiers.find(&modifier, node, self.warnings)?,
             None => own(self)?,
         };
         Ok((modifier, Some(group.to_string())))

@@ -42,6 +42,7 @@ pub(super) fn find(scene: &mut Scene, warnings: &mut Warnings) -> Result<Found> 
     let mut found = Found { windows: Vec::new(), left: Vec::new() };
     let mut named: BTreeMap<String, usize> = BTreeMap::new();
     let mut taken = BTreeSet::new();
+    let too_many = format!("there are many windows, and this is not among the first {MOST}");
     for panes in groups {
         let material = scene.material(panes.material).clone();
         let [front, back] = [1.0, -1.0].map(|side| open_share(caster.as_ref(), &panes, side));
@@ -51,7 +52,7 @@ pub(super) fn find(scene: &mut Scene, warnings: &mut Warnings) -> Result<Found> 
         } else if inside > CLOSED * outside {
             Some("the sky is open to both of its sides")
         } else if found.windows.len() >= MOST {
-            Some("there are many windows, and this is not among the first 256")
+            Some(too_many.as_str())
         } else {
             None
         };
