@@ -5,6 +5,7 @@ mod bsdf;
 mod devices;
 mod falsecolor;
 mod glare;
+mod keys;
 mod matrix;
 mod matrix_args;
 mod matrix_coefficients;
@@ -52,6 +53,8 @@ enum Verb {
     Glare(glare::Args),
     /// GPU devices of this machine, the preferred one first.
     Devices(devices::Args),
+    /// All keys of a project file, with their values and defaults.
+    Keys(keys::Args),
     /// What a run of a project will do, and what it leaves out.
     Plan(plan::Args),
     /// A whole project: a year of illuminance from a project.toml.
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => run::run(args, &mut warnings),
         Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
+        Verb::Keys(args) => keys::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),
         Verb::View(args) => viewer::run(args),
     };

@@ -15,6 +15,11 @@ pub mod files {
     #![doc = include_str!("files.md")]
 }
 
+/// All keys of a project file.
+pub mod keys {
+    #![doc = include_str!("keys.md")]
+}
+
 /// The five-phase method: accurate suns.
 pub mod five_phases {
     #![doc = include_str!("five_phases.md")]

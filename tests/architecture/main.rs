@@ -30,7 +30,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("bins", &[]),
     ("matrix", &["text", "files", "progress"]),
     ("bsdf", &["bins", "matrix", "text", "files", "progress"]),
-    ("weather", &["text", "files"]),
+    ("weather", &["matrix", "text", "files"]),
     ("sky", &["bins", "weather", "matrix", "files", "progress"]),
     ("bvh", &["progress"]),
     ("camera", &["bins", "text", "files"]),
