@@ -14,6 +14,7 @@ mod matrix_sun;
 mod multiply;
 mod plan;
 mod progress;
+mod report;
 mod run;
 mod scene;
 mod sky;
@@ -59,6 +60,8 @@ enum Verb {
     Plan(plan::Args),
     /// A whole project: a year of illuminance from a project.toml.
     Run(run::Args),
+    /// A page of results to read, print and send: plan, heat maps, glare, errors.
+    Report(report::Args),
     /// Error against time: which settings of a project are worth their time.
     Tradeoff(tradeoff::Args),
     /// Look at results, BSDFs and pictures in a window.
@@ -78,6 +81,7 @@ pub fn main() -> ExitCode {
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
         Verb::Plan(args) => plan::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
+        Verb::Report(args) => report::run(args, &mut warnings),
         Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
         Verb::Keys(args) => keys::run(args, &mut warnings),

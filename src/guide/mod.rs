@@ -45,6 +45,11 @@ pub mod accuracy {
     #![doc = include_str!("accuracy.md")]
 }
 
+/// A page of results to read, print and send.
+pub mod report {
+    #![doc = include_str!("report.md")]
+}
+
 /// The viewer.
 pub mod viewer {
     #![doc = include_str!("viewer.md")]

@@ -9,6 +9,7 @@ pub mod grid;
 pub mod honeybee;
 pub mod info;
 pub mod obj;
+pub mod outline;
 pub(crate) mod pane;
 pub mod points;
 pub(crate) mod polygon;

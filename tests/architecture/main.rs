@@ -47,6 +47,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "progress",
         ],
     ),
+    // What results hold, on a page.
+    ("report", &["simulate", "bsdf", "weather", "scene", "image", "glare", "files"]),
 ];
 
 const OPEN_TO_ALL: &[&str] = &["error", "limits", "units", "statistics", "random"];
