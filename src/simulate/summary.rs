@@ -20,7 +20,8 @@ pub struct Summary {
     /// `lucarne` and its version.
     pub program: String,
     /// Project file, relative to the folder of results where that is possible: whoever opens the
-    /// results finds room and weather by it.
+    /// results finds room and weather by it. Of a path that is no Unicode, as much as there is.
+    #[serde(serialize_with = "as_text")]
     pub project: PathBuf,
     /// Where the kernels ran.
     pub device: DeviceSummary,
@@ -123,6 +124,10 @@ impl DeviceSummary {
     }
 }
 
+fn as_text<S: serde::Serializer>(path: &Path, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
+}
+
 impl Summary {
     /// The windows of a run of so many phases, and whether matrices were made elsewhere.
     pub(super) fn of_windows(inputs: &Inputs, phases: u32) -> (Vec<WindowSummary>, bool) {
@@ -173,7 +178,7 @@ impl Summary {
     /// Failures of the file system with the path named.
     pub fn write(&self, path: &Path) -> Result<()> {
         crate::files::write_atomically(path, |out| {
-            serde_json::to_writer_pretty(&mut *out, self).map_err(|e| Error::new(e.to_string()).file(path))?;
+            serde_json::to_writer_pretty(&mut *out, self).map_err(|e| Error::stream(&e.into()).file(path))?;
             writeln!(out).map_err(|e| Error::io(path, &e))
         })
     }

@@ -166,12 +166,12 @@ fn compute_in_dispatches(
     let cells = bins * sky.len() * components;
     let sums_buffer = device.zeros::<u32>("daylight sums", 2 * cells)?;
     let counters = device.zeros::<Counters>("path counters", 1)?;
-    let mut statistics = TraceStatistics::default();
     // Means of batches: sum and sum of squares of the total, sum of the direct part.
     let mut sum = vec![0.0f64; cells];
     let mut squares = vec![0.0f64; cells];
     let mut direct_sum = vec![0.0f64; cells];
-    let mut batch_cells = vec![0u64; 2 * cells];
+    // Sums of a batch, and the work so far.
+    let mut state = (vec![0u64; 2 * cells], TraceStatistics::default());
     let mut batches = Vec::new();
     let shape = |f: &dyn Fn(usize) -> f64| -> Matrix<f32> {
         let mut m = Matrix::zeros(bins, sky.len(), 3);
@@ -186,46 +186,54 @@ fn compute_in_dispatches(
     let whole = f64::from(unit) * f64::from(options.paths);
     let work = f64::from(options.batches) * f64::from(options.paths);
     for batch in 0..options.batches {
-        batch_cells.fill(0);
-        for first_path in (0..options.paths).step_by(paths_per_dispatch as usize) {
-            progress.update("daylight matrix", (f64::from(batch) * f64::from(options.paths) + f64::from(first_path)) / work);
-            if progress.stop_requested() {
-                return Err(cancelled());
+        let mut make = |(batch_cells, statistics): &mut (Vec<u64>, TraceStatistics)| {
+            batch_cells.fill(0);
+            for first_path in (0..options.paths).step_by(paths_per_dispatch as usize) {
+                progress.update("daylight matrix", (f64::from(batch) * f64::from(options.paths) + f64::from(first_path)) / work);
+                if progress.stop_requested() {
+                    return Err(cancelled());
+                }
+                let paths = paths_per_dispatch.min(options.paths - first_path);
+                let params = DaylightParams {
+                    seed: crate::kernels::trace::stream_seed(options.seed, batch, 0x6461_796c),
+                    first_path,
+                    paths,
+                    bins: bins as u32,
+                    window: 0,
+                    sky_bins: sky.len() as u32,
+                    sky_rows: (sky.rows().count() + 1) as u32,
+                    most_bounces: options.bounces.unwrap_or(u32::MAX),
+                    unit,
+                    roulette_weight: options.roulette_weight,
+                    row_height: sky.row_height() as f32,
+                    padding: 0,
+                };
+                let params = device.uniform("daylight parameters", &params)?;
+                device.write(&counters, &[Counters::default()])?;
+                device.write(&sums_buffer, &vec![0u32; 2 * cells])?;
+                let bind = kernel.bind(&trace_scene.bindings(&[
+                    ("params", &params),
+                    ("sky_rows", &rows),
+                    ("sums", &sums_buffer),
+                    ("counters", &counters),
+                ]))?;
+                device.dispatch(&kernel, &bind, [paths.div_ceil(64), bins as u32, 1])?;
+                let found = device.read::<Counters>(&counters)?[0];
+                let started = u64::from(paths) * bins as u64;
+                check_finished(&found, started, "daylight paths")?;
+                statistics.paths += started;
+                statistics.segments += u64::from(found.segments);
+                for (cell, &units) in batch_cells.iter_mut().zip(&device.read::<u32>(&sums_buffer)?) {
+                    *cell += u64::from(units);
+                }
             }
-            let paths = paths_per_dispatch.min(options.paths - first_path);
-            let params = DaylightParams {
-                seed: crate::kernels::trace::stream_seed(options.seed, batch, 0x6461_796c),
-                first_path,
-                paths,
-                bins: bins as u32,
-                window: 0,
-                sky_bins: sky.len() as u32,
-                sky_rows: (sky.rows().count() + 1) as u32,
-                most_bounces: options.bounces.unwrap_or(u32::MAX),
-                unit,
-                roulette_weight: options.roulette_weight,
-                row_height: sky.row_height() as f32,
-                padding: 0,
-            };
-            let params = device.uniform("daylight parameters", &params)?;
-            device.write(&counters, &[Counters::default()])?;
-            device.write(&sums_buffer, &vec![0u32; 2 * cells])?;
-            let bind = kernel.bind(&trace_scene.bindings(&[
-                ("params", &params),
-                ("sky_rows", &rows),
-                ("sums", &sums_buffer),
-                ("counters", &counters),
-            ]))?;
-            device.dispatch(&kernel, &bind, [paths.div_ceil(64), bins as u32, 1])?;
-            let found = device.read::<Counters>(&counters)?[0];
-            let started = u64::from(paths) * bins as u64;
-            check_finished(&found, started, "daylight paths")?;
-            statistics.paths += started;
-            statistics.segments += u64::from(found.segments);
-            for (cell, &units) in batch_cells.iter_mut().zip(&device.read::<u32>(&sums_buffer)?) {
-                *cell += u64::from(units);
-            }
-        }
+            Ok(())
+        };
+        trace::unit(progress, &format!("batch {batch}"), &mut state, &mut make, &|(cells, statistics), values| {
+            values.pass(cells)?;
+            values.pass_work(statistics)
+        })?;
+        let batch_cells = &state.0;
         for cell in 0..cells {
             let direct = batch_cells[cell] as f64 / whole;
             let total = direct + batch_cells[cells + cell] as f64 / whole;
@@ -268,6 +276,6 @@ fn compute_in_dispatches(
             (spread + doubt_of(i).powi(2)).sqrt()
         }),
         batches,
-        statistics,
+        statistics: state.1,
     })
 }

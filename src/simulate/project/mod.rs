@@ -244,13 +244,23 @@ fn asked<'a>(windows: &'a [WindowSection], sensors: &[SensorsSection]) -> Asked<
 }
 
 fn unique<'n>(top: &Table<'_, '_>, section: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {
+    let names: Vec<(&str, String)> = names.map(|name| (name, name.to_lowercase())).collect();
     let mut seen = std::collections::HashSet::new();
-    for name in names {
-        if !seen.insert(name.to_lowercase()) {
+    for (name, lower) in &names {
+        if !seen.insert(lower) {
             return Err(top
                 .error(section, format!("two sections [[{section}]] have the name '{name}'"))
                 .help("give each its own name: result files are called after it (capitals do not count)"));
         }
+    }
+    for (name, lower) in &names {
+        let Some(ending) = names::ENDINGS.iter().find(|e| lower.strip_suffix(**e).is_some_and(|other| seen.contains(&other.to_string())))
+        else {
+            continue;
+        };
+        return Err(top
+            .error(section, format!("'{name}' is another name with '{ending}', which files of its results end in"))
+            .help("give one of them another name: their files would replace each other"));
     }
     Ok(())
 }

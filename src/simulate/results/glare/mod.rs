@@ -122,6 +122,7 @@ impl GlareJob<'_> {
         let eyes = if section.method == GlareMethod::Image { None } else { Some(self.eyes(statistics)?) };
         if section.method == GlareMethod::Edgps {
             for view in &self.context.project.views {
+                self.context.progress.begin(&format!("V of {}, windows", view.name));
                 self.windows_only(view, statistics)?;
             }
         }
@@ -131,7 +132,8 @@ impl GlareJob<'_> {
         let detector = if pictured { Some(for_device(self.context.device)?) } else { None };
         let mut years = Vec::new();
         for (number, view) in self.context.project.views.iter().enumerate() {
-            let stage = Part::of(self.context.progress, number, self.context.project.views.len());
+            let stage = self.context.progress;
+            stage.begin(&format!("glare of {}", view.name));
             let eye = eyes.as_ref().map(|eyes| eyes.of(number));
             let found = match (&detector, &eye) {
                 (Some(detector), _) => {
@@ -140,7 +142,7 @@ impl GlareJob<'_> {
                     if view.given.sun.is_some() {
                         warnings.push(given_disc(view));
                     }
-                    self.pictured(section, view, analyser, &**detector, eye, &states, &lit, (statistics, &stage))?
+                    self.pictured(section, view, analyser, &**detector, eye, &states, &lit, (statistics, stage))?
                 }
                 (None, Some(eye)) => {
                     stage.update("glare", 0.0);
