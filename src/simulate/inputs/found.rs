@@ -4,6 +4,7 @@
 //! meets nothing is under the open sky on that side. Panes that are no windows stay in the scene as they are; light
 //! passes them all the same, found by chance.
 
+use super::parts::Division;
 use super::shade::Shade;
 use super::windows::ProjectWindow;
 use crate::bins::{AngleBasis, KlemsBasis};
@@ -72,6 +73,8 @@ pub(super) fn find(scene: &mut Scene, warnings: &mut Warnings) -> Result<Found> 
             made_of: format!("glass of the scene '{}', {}", material.name, super::filling::describe(&pane)),
             glass: Some(pane),
             shade: Some(Shade::of_pane(&window, &pane)),
+            parts: vec![window.clone()],
+            division: Division::default(),
             window,
             pane: None,
             states: Vec::new(),
