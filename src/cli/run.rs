@@ -122,6 +122,9 @@ fn report(output: &Path, summary: &Summary) {
             100.0 * e.hourly_median
         );
     }
+    for window in summary.windows.iter().filter(|w| w.parts.is_doubtful()) {
+        println!("window {}: {}", window.name, window.parts.because);
+    }
     let rate = summary.rays_per_second.map(|r| format!(", {:.1} million rays/s", r / 1e6)).unwrap_or_default();
     println!("{:.1} s on {}{rate}", summary.seconds.total, summary.device.name);
 }

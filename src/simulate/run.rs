@@ -32,9 +32,9 @@ use std::time::Instant;
 /// | file | content |
 /// |---|---|
 /// | `matrices/S.mtx` | sky matrix, rows patches (ground first), columns hours, RGB |
-/// | `matrices/V_SENSORS.mtx` | view matrix, rows sensors, columns the bins of all windows in the project's order |
+/// | `matrices/V_SENSORS.mtx` | view matrix, rows sensors, columns the bins of all parts of all windows in the project's order |
 /// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins |
-/// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
+/// | `matrices/D_WINDOW.mtx` | daylight matrix, rows the bins of the window's parts, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
 /// | `matrices/Sds.mtx` | five phases: the sun's share of S |
 /// | `matrices/replicates_*.mtx` | the independent estimates that V and D are the means of |

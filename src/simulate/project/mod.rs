@@ -30,6 +30,7 @@
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
 //! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
+//! # parts = "auto"                    # or 16, or [4, 4]: over what parts of it V and D are averaged; left out: 1
 //! [[sensors]]                         # any number
 //! name = "workplane"
 //! points = "points.txt"               # or, spread over a material, a named surface or a file of polygons:
@@ -79,6 +80,7 @@ mod model;
 mod names;
 mod of_model;
 pub mod output;
+pub(crate) mod parts;
 pub mod quality;
 mod sections;
 mod spelling;
@@ -95,6 +97,7 @@ use self::method::{Asked, Choice, Glazing, MethodSection};
 use self::model::NamedModel;
 pub(crate) use self::output::OutputSection;
 pub use self::output::Quantity;
+pub use self::parts::Parts;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
 pub(crate) use self::sections::{Filling, SceneSection, SensorPoints, SensorsSection, WindowSection};
