@@ -10,6 +10,7 @@ mod matrix_args;
 mod matrix_coefficients;
 mod matrix_picture;
 mod matrix_sun;
+mod metrics;
 mod multiply;
 mod plan;
 mod progress;
@@ -56,6 +57,8 @@ enum Verb {
     Plan(plan::Args),
     /// A whole project: a year of illuminance from a project.toml.
     Run(run::Args),
+    /// Named metrics of a finished result folder again, with other hours: nothing is traced.
+    Metrics(metrics::Args),
     /// Error against time: which settings of a project are worth their time.
     Tradeoff(tradeoff::Args),
     /// Look at results, BSDFs and pictures in a window.
@@ -75,6 +78,7 @@ pub fn main() -> ExitCode {
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
         Verb::Plan(args) => plan::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
+        Verb::Metrics(args) => metrics::run(&args),
         Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),

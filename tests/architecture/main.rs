@@ -38,13 +38,15 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &["bins", "bsdf", "image", "text", "files", "progress"]),
     // Definitions of metrics in f64.
     ("glare", &["bins", "camera", "image", "matrix", "progress"]),
+    // Named metrics of a year, in f64 over arrays: knows nothing of simulate.
+    ("metrics", &["glare", "matrix", "text", "weather"]),
     // Device code with its host half: reads no files.
     ("kernels", &["gpu", "bins", "bsdf", "scene", "bvh", "sky", "camera", "image", "glare", "matrix", "progress"]),
     (
         "simulate",
         &[
-            "gpu", "bvh", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "matrix", "text", "files",
-            "progress",
+            "gpu", "bvh", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "metrics", "matrix", "text",
+            "files", "progress",
         ],
     ),
 ];

@@ -48,6 +48,8 @@
 //! # target_error = 0.02               # or: until the standard error is 2 %
 //! # time_limit = "5 min"              # or: as long as that
 //! seed = 1
+//! [metrics]                           # named metrics and whose hours count, see metrics
+//! occupancy = "lm-83"                 # "lm-83" | "en-17037" | "office.csv"
 //! [output]
 //! quantity = "illuminance"             # or "irradiance": solar, W/m²
 //! ```
@@ -62,6 +64,7 @@ mod document;
 pub mod given;
 pub mod glare;
 pub mod method;
+pub mod metrics;
 mod model;
 mod names;
 mod of_model;
@@ -77,6 +80,7 @@ pub use self::document::Place;
 use self::document::Places;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
+use self::metrics::MetricsSection;
 use self::model::NamedModel;
 pub(crate) use self::output::OutputSection;
 pub use self::output::Quantity;
@@ -115,6 +119,8 @@ pub struct Project {
     pub quality: QualitySection,
     /// `[output]`
     pub output: OutputSection,
+    /// `[metrics]`
+    pub metrics: MetricsSection,
     /// Where its sections stand, for faults that show when its files are read.
     pub(crate) places: Places,
 }
@@ -173,6 +179,7 @@ impl Project {
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
         let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
+        let metrics = MetricsSection::read(top.table("metrics")?)?;
         if output.quantity.is_solar() && weather.moments.is_some() {
             return Err(top
                 .error("output", "the CIE's skies are of visible light: there is no solar irradiance under them")
@@ -206,7 +213,7 @@ impl Project {
         let places = Places { window, sensors: sensor, view, images: image };
         top.finish()?;
         let file = file.to_path_buf();
-        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, places };
+        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, metrics, places };
         project.states_match()?;
         Ok(project)
     }

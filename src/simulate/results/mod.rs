@@ -3,6 +3,7 @@
 pub mod annual;
 pub mod glare;
 pub(crate) mod illuminance;
+pub mod metrics;
 pub mod pictures;
 pub(crate) mod sensors;
 pub(crate) mod suns;
