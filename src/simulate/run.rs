@@ -45,6 +45,8 @@ use std::time::Instant;
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy, useful daylight, daylight factor and what else metrics count of each sensor, with their standard errors |
 /// | `metrics/metrics.csv` | named metrics of each group and of all, with error, class, doubts |
 /// | `metrics/hours.csv`, `SENSORS_sensors.csv` | time steps with the diffuse illuminance outdoors and which schedules count them; where sensors are and face |
+/// | `illuminance/SENSORS_moments.csv` | named moments: mean, least and most lux of each, and daylight factors |
+/// | `irradiance/SENSORS_monthly.csv` | sums of each month, kWh/m² |
 /// | `illuminance/SENSORS_sky.csv` | direct: sky view factor, and hours of the weather's direct sun in which any of its disc is seen |
 /// | `irradiance/` | in place of `illuminance/` for `quantity = "irradiance"`, W/m²; `SENSORS_annual.csv` has means and sums in kWh/m² |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
@@ -223,6 +225,7 @@ fn summary(
         suns,
         sky_subdivision: context.sky().subdivision(),
         bounces: project.method.bounces,
+        weather: project.weather.describe(&inputs.weather),
         hours: inputs.weather.steps().hours(inputs.weather.records.len()),
         time_steps: inputs.weather.records.len(),
         windows,

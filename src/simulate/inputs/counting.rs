@@ -1,6 +1,6 @@
 //! What metrics count: which hours, and which numbers of each sensor's year.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::metrics::en17037::LEVELS_LX;
 use crate::metrics::{Counted, Occupancy, Year, glare, lm83};
 use crate::simulate::project::metrics::{Family, MetricsSection, OccupancyChoice};
@@ -14,7 +14,7 @@ pub struct Counting {
     pub section: MetricsSection,
     /// The time steps.
     pub year: Year,
-    /// Diffuse horizontal illuminance outdoors by step, lx.
+    /// Diffuse horizontal illuminance outdoors by step, lx; empty where it is not known: of a sky made elsewhere.
     pub diffuse: Vec<f64>,
     /// All hours.
     pub all: Occupancy,
@@ -97,8 +97,13 @@ impl Counting {
     /// A schedule that cannot be read or does not fit the year; EN 17037's hours of weather that is not one whole year.
     pub fn new(section: &MetricsSection, weather: &Weather, vertical: bool) -> Result<Self> {
         let (year, are_moments) = (Year::of(weather), !weather.skies.is_empty());
-        let equinox = if are_moments { moments(weather) } else { clear_days(weather, &year) };
-        let mut counting = Self::of_steps(section, year, diffuse_illuminance(weather)?, equinox, vertical)?;
+        // The records beside a sky made elsewhere tell the times alone.
+        let (diffuse, equinox) = match (&weather.given, are_moments) {
+            (Some(_), _) => (Vec::new(), None),
+            (None, true) => (diffuse_illuminance(weather)?, moments(weather)),
+            (None, false) => (diffuse_illuminance(weather)?, clear_days(weather, &year)),
+        };
+        let mut counting = Self::of_steps(section, year, diffuse, equinox, vertical)?;
         counting.are_moments = are_moments;
         counting.columns = counting.numbers(vertical);
         Ok(counting)
@@ -116,7 +121,13 @@ impl Counting {
         vertical: bool,
     ) -> Result<Self> {
         let lm83 = Occupancy::lm83(&year, section.clock);
-        let daylight = Occupancy::en17037(&year, &diffuse);
+        let daylight = match diffuse.is_empty() {
+            true => {
+                Err(Error::new("EN 17037's daylight hours need the diffuse illuminance outdoors, which a sky made elsewhere does not tell")
+                    .help("choose another occupancy"))
+            }
+            false => Occupancy::en17037(&year, &diffuse),
+        };
         let occupied = match &section.occupancy {
             OccupancyChoice::Lm83 => lm83.clone(),
             OccupancyChoice::En17037 => daylight.clone().map_err(|e| e.field("metrics.occupancy"))?,
@@ -304,13 +315,17 @@ mod tests {
     #[test]
     fn moments_of_a_clear_sky_are_those_of_option_2() {
         let time = |month, day, hour| crate::weather::time::Time { month, day, hour };
-        let times = [time(3, 21, 9.0), time(3, 21, 12.0), time(3, 21, 15.0)];
-        let weather = cie::weather(CieSky::Clear, &times, Some([46.5, 11.35, 15.0]), &mut Warnings::new()).unwrap();
+        let times = [time(3, 21, 9.0), time(3, 21, 12.0), time(3, 21, 15.0)].map(|t| (CieSky::Clear, t));
+        let weather = cie::weather(&times, Some([46.5, 11.35, 15.0]), &mut Warnings::new()).unwrap();
         let counting = Counting::new(&MetricsSection::default(), &weather, false).unwrap();
         let [morning, afternoon] = counting.equinox.as_ref().unwrap();
         assert_eq!((morning.steps.clone(), afternoon.steps.clone()), (vec![0], vec![2]));
         assert!(counting.column("autonomy_300_lx").is_none(), "moments are no year");
-        let june = cie::weather(CieSky::Clear, &[time(6, 21, 9.0), time(6, 21, 15.0)], Some([46.5, 11.35, 15.0]), &mut Warnings::new());
+        let june = cie::weather(
+            &[time(6, 21, 9.0), time(6, 21, 15.0)].map(|t| (CieSky::Clear, t)),
+            Some([46.5, 11.35, 15.0]),
+            &mut Warnings::new(),
+        );
         assert!(Counting::new(&MetricsSection::default(), &june.unwrap(), false).unwrap().equinox.is_none());
     }
 }

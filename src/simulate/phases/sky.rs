@@ -71,5 +71,5 @@ pub(crate) fn sun_alone(context: &Context<'_>) -> Result<Matrix<f32>> {
 /// As [`sky_matrix`].
 pub(crate) fn overcast(context: &Context<'_>) -> Result<Matrix<f32>> {
     let noon = Time { month: 3, day: 21, hour: 12.0 };
-    sky_matrix(&cie::weather(CieSky::Overcast, &[noon], None, &mut Warnings::new())?, &options(context), context.progress)
+    sky_matrix(&cie::weather(&[(CieSky::Overcast, noon)], None, &mut Warnings::new())?, &options(context), context.progress)
 }

@@ -62,6 +62,7 @@ impl NamedModel {
             tensor_tree: None,
             states: Vec::new(),
             daylight: None,
+            found: None,
         };
         self.model.windows.iter().map(section).collect()
     }

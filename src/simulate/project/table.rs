@@ -1,6 +1,10 @@
 //! Reading TOML tables so that every complaint names the file, the line and the key, and a
 //! misspelt key is answered with the one that was probably meant.
 
+#[cfg(test)]
+pub(super) mod asked;
+mod lists;
+
 use super::document::kind;
 pub(super) use super::document::{Document, Place};
 use super::spelling::nearest;
@@ -12,7 +16,7 @@ use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 /// One table being read. Every key that is asked for is remembered as known; [`finish`](Self::finish)
-/// refuses the rest. So the list of keys stands nowhere but in the code that reads them.
+/// refuses the rest. Their texts stand in [`keys`](super::keys), which a test holds to what is asked for.
 pub(super) struct Table<'d, 'a> {
     document: &'d Document<'a>,
     /// `weather`, `window 2`, … for messages; empty for the top.
@@ -30,6 +34,8 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     fn get(&mut self, key: &'static str) -> Option<&'d Spanned<DeValue<'a>>> {
+        #[cfg(test)]
+        asked::note(&self.name, key);
         if !self.known.contains(&key) {
             self.known.push(key);
         }
@@ -98,6 +104,20 @@ impl<'d, 'a> Table<'d, 'a> {
     pub(super) fn path(&mut self, key: &'static str) -> Result<Option<PathBuf>> {
         let text = self.string(key)?;
         text.map(|t| self.existing_file(key, &t)).transpose()
+    }
+
+    /// Whether a key is there.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.entries.contains_key(key)
+    }
+
+    /// A path (`Ok`) or a word in its place (`Err`).
+    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
+    pub(super) fn path_or_word<W: Default>(&mut self, key: &'static str, word: &str) -> Result<Option<std::result::Result<PathBuf, W>>> {
+        match self.string(key)? {
+            Some(text) if text == word => Ok(Some(Err(W::default()))),
+            _ => Ok(self.path(key)?.map(Ok)),
+        }
     }
 
     /// A pattern of numbered files (`v%03d.hdr`), relative to the document's folder.
@@ -228,40 +248,6 @@ impl<'d, 'a> Table<'d, 'a> {
         Ok(self.number(key, limits)?.map(Ok))
     }
 
-    /// A text, or a non-empty list of them.
-    pub(super) fn texts(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
-        match self.get(key).map(Spanned::get_ref) {
-            Some(DeValue::String(_)) => Ok(self.string(key)?.map(|text| vec![text])),
-            _ => self.strings(key, example),
-        }
-    }
-
-    /// A list of texts that is not empty; `example` shows one.
-    pub(super) fn strings(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let DeValue::Array(items) = value.get_ref() else {
-            return Err(self.wrong_type(key, value.get_ref(), &format!("a list like {example}")));
-        };
-        if items.is_empty() {
-            return Err(self.error(key, "this list is empty").help(format!("write {key} = {example} or the like")));
-        }
-        let text = |item: &Spanned<DeValue<'_>>| match item.get_ref() {
-            DeValue::String(s) if !s.trim().is_empty() => Ok(s.to_string()),
-            DeValue::String(_) => Err(self.error(key, "a text of this list is empty")),
-            other => Err(self.wrong_type(key, other, "a text in quotes")),
-        };
-        items.iter().map(text).collect::<Result<_>>().map(Some)
-    }
-
-    /// A list of numbers within limits.
-    pub(super) fn numbers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<Vec<f64>>> {
-        match self.get(key).map(Spanned::get_ref) {
-            None => Ok(None),
-            Some(DeValue::Array(items)) => items.iter().map(|i| self.number_of(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
-            Some(other) => Err(self.wrong_type(key, other, "a list of numbers like [8, 18]")),
-        }
-    }
-
     fn number_of(&self, key: &str, value: &DeValue<'_>, limits: &std::ops::RangeInclusive<f64>) -> Result<f64> {
         let number = match value {
             DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|v| v as f64),
@@ -271,42 +257,6 @@ impl<'d, 'a> Table<'d, 'a> {
         number.filter(|v| limits.contains(v)).ok_or_else(|| {
             self.error(key, "this number is out of range").help(format!("choose a number from {} to {}", limits.start(), limits.end()))
         })
-    }
-
-    /// A list of whole numbers within limits.
-    pub(super) fn integers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<Vec<u64>>> {
-        match self.get(key).map(Spanned::get_ref) {
-            None => Ok(None),
-            Some(DeValue::Array(items)) => items.iter().map(|i| self.listed(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
-            Some(other) => Err(self.wrong_type(key, other, "a list of whole numbers like [400, 400]")),
-        }
-    }
-
-    fn listed(&self, key: &str, item: &DeValue<'_>, limits: &std::ops::RangeInclusive<u64>) -> Result<u64> {
-        let DeValue::Integer(i) = item else { return Err(self.wrong_type(key, item, "a whole number")) };
-        let value = i64::from_str_radix(i.as_str(), i.radix()).ok().and_then(|v| u64::try_from(v).ok());
-        value.filter(|v| limits.contains(v)).ok_or_else(|| {
-            self.error(key, format!("the number {} is out of range", i.as_str())).help(format!(
-                "choose whole numbers from {} to {}",
-                limits.start(),
-                limits.end()
-            ))
-        })
-    }
-
-    /// A list of whole numbers within limits (`Ok`) or one of several words (`Err`).
-    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
-    pub(super) fn integers_or_choice(
-        &mut self,
-        key: &'static str,
-        limits: std::ops::RangeInclusive<u64>,
-        words: &[&'static str],
-    ) -> Result<Option<std::result::Result<Vec<u64>, &'static str>>> {
-        if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
-            let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
-            return Ok(self.choice_beside(key, &choices, ", or a list of whole numbers")?.map(Err));
-        }
-        Ok(self.integers(key, limits)?.map(Ok))
     }
 
     /// A table inside this one.

@@ -4,6 +4,8 @@ pub mod annual;
 pub mod glare;
 pub(crate) mod illuminance;
 pub mod metrics;
+mod moments;
+mod monthly;
 pub mod pictures;
 pub(crate) mod sensors;
 pub(crate) mod suns;

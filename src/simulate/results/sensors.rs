@@ -244,6 +244,10 @@ pub(crate) fn write(
         first += own.len();
         write_illuminance(context.store, group, dark, records, &part, Content::Illuminance, quantity)?;
         write_illuminance(context.store, group, dark, records, &error, Content::StandardError, quantity)?;
+        super::moments::write(context.store, group, &context.inputs.weather, &part)?;
+        if quantity.is_solar() {
+            super::monthly::write(context.store, group, &context.inputs.weather, &part)?;
+        }
         let path = context.store.results_path(&format!("{}_annual", group.name), "csv");
         let fact = GroupFacts {
             name: group.name.clone(),

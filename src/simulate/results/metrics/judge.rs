@@ -179,7 +179,7 @@ impl Judge<'_> {
         let columns: Option<Vec<usize>> = LEVELS_LX.iter().map(|lux| counting.column(&daylight_share(*lux))).collect();
         match columns {
             None if counting.are_moments => {}
-            None => metrics.push(by_hours.note("not judged: the weather is not one whole year")),
+            None => metrics.push(by_hours.note("not judged: the weather is not one whole year, or its sky was made elsewhere")),
             Some(columns) => {
                 for (lux, column) in LEVELS_LX.iter().zip(&columns) {
                     let title = format!("EN 17037: plane with {lux} lx in half of the daylight hours");

@@ -111,6 +111,9 @@ pub(crate) fn write_metrics(path: &Path, metrics: &[&Metric]) -> Result<()> {
     })
 }
 
+/// Stands for a diffuse illuminance that is not known.
+const UNKNOWN: f64 = -1.0;
+
 /// Columns of the table of hours.
 const HOURS: &str = "month,day,begins,diffuse_horizontal_lx,occupied,lm83,en17037,leed_option_2";
 
@@ -126,6 +129,7 @@ pub(crate) fn write_hours(path: &Path, counting: &Counting) -> Result<()> {
         counting.lm83.mask(steps),
         counting.daylight.as_ref().map_or(vec![false; steps], |d| d.mask(steps)),
     ];
+    let diffuse = |step: usize| counting.diffuse.get(step).copied().unwrap_or(UNKNOWN);
     write_atomically(path, |out| {
         let fault = |e: std::io::Error| Error::io(path, &e);
         writeln!(out, "{HOURS}").map_err(fault)?;
@@ -137,7 +141,7 @@ pub(crate) fn write_hours(path: &Path, counting: &Counting) -> Result<()> {
                 Some([_, afternoon]) if of(afternoon) => 15,
                 _ => 0,
             };
-            writeln!(out, "{},{},{:.4},{:.1},{occupied},{lm83},{daylight},{equinox}", s.month, s.day, s.begins, counting.diffuse[i])
+            writeln!(out, "{},{},{:.4},{:.1},{occupied},{lm83},{daylight},{equinox}", s.month, s.day, s.begins, diffuse(i))
                 .map_err(fault)?;
         }
         Ok(())
@@ -148,7 +152,7 @@ pub(crate) fn write_hours(path: &Path, counting: &Counting) -> Result<()> {
 pub(crate) struct Hours {
     /// The time steps.
     pub year: Year,
-    /// Diffuse illuminance outdoors in each, lx.
+    /// Diffuse illuminance outdoors in each, lx; empty if it is not known.
     pub diffuse: Vec<f64>,
     /// Steps of LEED's option 2.
     pub equinox: Option<[Occupancy; 2]>,
@@ -174,6 +178,9 @@ pub(crate) fn read_hours(path: &Path, length: f64) -> Result<Hours> {
         steps.push(Step { month: month as u8, day: day as u8, begins });
         diffuse.push(lux);
         at.iter_mut().zip([9.0, 15.0]).filter(|(_, hour)| *hour == equinox).for_each(|(steps, _)| steps.push(i));
+    }
+    if diffuse.contains(&UNKNOWN) {
+        diffuse.clear();
     }
     let of = |steps: Vec<usize>| Occupancy { name: "the clearest days at the equinoxes".into(), hours: steps.len() as f64 * length, steps };
     let equinox = at.iter().all(|steps| !steps.is_empty()).then(|| at.map(of));
