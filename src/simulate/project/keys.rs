@@ -258,6 +258,25 @@ pub const SECTIONS: &[Section] = &[
         ],
     },
     Section {
+        name: "metrics",
+        repeated: false,
+        meaning: "Named metrics of the year, and which hours count.",
+        keys: &[
+            key("occupancy", "`lm-83`, `en-17037`, or a path: CSV of 0 or 1", "`lm-83`", "Hours of DA, cDA, UDI and vertical illuminance."),
+            key(
+                "metrics",
+                "list of `autonomy`, `exposure`, `lm-83`, `leed`, `en-17037`, `daylight-factor`, `vertical`, `glare`",
+                "all of them",
+                "What is judged.",
+            ),
+            key("autonomy", "lx", "300", "Illuminance of DA and cDA."),
+            key("useful", "[lx, lx, lx], rising", "[100, 300, 3000]", "Limits of UDI's four bands."),
+            key("daylight_saving", "[MM-DD, MM-DD]", "standard time", "First day of summer time and first day without, for LM-83's clock."),
+            key("openings", "`side`, `roof`", "`side`", "EN 17037's table of daylight provision: A.1, or A.2 for horizontal openings."),
+            key("median_diffuse", "lx", "of the weather", "Median diffuse illuminance outdoors of EN 17037's method 1."),
+        ],
+    },
+    Section {
         name: "output",
         repeated: false,
         meaning: "What sensors tell.",
@@ -313,7 +332,7 @@ mod tests {
         let text = "[weather]\nsite = [46, 11, 15]\n[[moment]]\nname = \"n\"\nsky = \"cie clear\"\ndate = \"03-21T12:00\"\n\
                     [scene]\nfiles = [\"r.rad\"]\n[[window]]\nname = \"w\"\nsurface = \"w.rad\"\nbsdf = \"b.xml\"\n\
                     [[sensors]]\nname = \"s\"\npoints = \"p.txt\"\n[[view]]\nname = \"v\"\nfile = \"v.vf\"\n\
-                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[images]\n[method]\n[quality]\n[output]\n";
+                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[images]\n[method]\n[quality]\n[metrics]\n[output]\n";
         let file = folder.path().join("p.toml");
         let asked = asked_keys(|| super::super::Project::parse(&file, text).map(|_| ()).unwrap());
         let without: Vec<_> = asked.difference(&described).collect();
