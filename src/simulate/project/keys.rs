@@ -226,6 +226,25 @@ pub const SECTIONS: &[Section] = &[
         ],
     },
     Section {
+        name: "metrics",
+        repeated: false,
+        meaning: "What is made of the year, and which hours count. Left out: all metrics, LM-83's hours.",
+        keys: &[
+            key("occupancy", "`lm-83`, `en-17037`, or path: CSV with 0 or 1 per hour", "`lm-83`", "Hours of DA, cDA and UDI."),
+            key(
+                "metrics",
+                "list of `autonomy`, `exposure`, `lm-83`, `leed`, `en-17037`, `daylight-factor`, `vertical`, `glare`",
+                "all",
+                "What is wanted.",
+            ),
+            key("autonomy", "lx", "300", "Illuminance of DA and cDA."),
+            key("useful", "three rising numbers, lx", "[100, 300, 3000]", "Limits of UDI's four bands."),
+            key("daylight_saving", "two days: `[\"03-29\", \"10-25\"]`", "standard time", "Clocks are an hour ahead from the first until before the second."),
+            key("openings", "`side`, `roof`", "`side`", "Table of EN 17037: A.1, or A.2 for horizontal openings."),
+            key("median_diffuse", "lx", "of the weather", "Median diffuse illuminance outdoors of EN 17037's method 1."),
+        ],
+    },
+    Section {
         name: "images",
         repeated: false,
         meaning: "Pictures of hours.",
@@ -332,7 +351,7 @@ mod tests {
         let text = "[weather]\nsite = [46, 11, 15]\n[[moment]]\nname = \"n\"\nsky = \"cie clear\"\ndate = \"03-21T12:00\"\n\
                     [scene]\nfiles = [\"r.rad\"]\n[[window]]\nname = \"w\"\nsurface = \"w.rad\"\nbsdf = \"b.xml\"\n\
                     [[sensors]]\nname = \"s\"\npoints = \"p.txt\"\n[[view]]\nname = \"v\"\nfile = \"v.vf\"\n\
-                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[images]\n[method]\n[quality]\n[metrics]\n[output]\n";
+                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[metrics]\n[images]\n[method]\n[quality]\n[metrics]\n[output]\n";
         let file = folder.path().join("p.toml");
         let asked = asked_keys(|| super::super::Project::parse(&file, text).map(|_| ()).unwrap());
         let without: Vec<_> = asked.difference(&described).collect();
