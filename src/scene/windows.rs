@@ -22,6 +22,7 @@ mod covering;
 pub(crate) mod found;
 mod openings;
 mod panes;
+pub(crate) mod parts;
 
 use super::{SurfaceOrigin, Window};
 use crate::bins::{AngleBasis, Frame, KlemsBasis};
