@@ -5,6 +5,7 @@ mod bsdf;
 mod devices;
 mod falsecolor;
 mod glare;
+mod keys;
 mod matrix;
 mod matrix_args;
 mod matrix_coefficients;
@@ -13,6 +14,7 @@ mod matrix_sun;
 mod multiply;
 mod plan;
 mod progress;
+mod report;
 mod run;
 mod scene;
 mod sky;
@@ -52,10 +54,14 @@ enum Verb {
     Glare(glare::Args),
     /// GPU devices of this machine, the preferred one first.
     Devices(devices::Args),
+    /// All keys of a project file, with their values and defaults.
+    Keys(keys::Args),
     /// What a run of a project will do, and what it leaves out.
     Plan(plan::Args),
     /// A whole project: a year of illuminance from a project.toml.
     Run(run::Args),
+    /// A page of results to read, print and send: plan, heat maps, glare, errors.
+    Report(report::Args),
     /// Error against time: which settings of a project are worth their time.
     Tradeoff(tradeoff::Args),
     /// Look at results, BSDFs and pictures in a window.
@@ -75,8 +81,10 @@ pub fn main() -> ExitCode {
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
         Verb::Plan(args) => plan::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
+        Verb::Report(args) => report::run(args, &mut warnings),
         Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
+        Verb::Keys(args) => keys::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),
         Verb::View(args) => viewer::run(args),
     };

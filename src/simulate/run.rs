@@ -43,6 +43,8 @@ use std::time::Instant;
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
+/// | `illuminance/SENSORS_moments.csv` | named moments: mean, least and most lux of each, and daylight factors |
+/// | `irradiance/SENSORS_monthly.csv` | sums of each month, kWh/m² |
 /// | `illuminance/SENSORS_sky.csv` | direct: sky view factor, and hours of the weather's direct sun in which any of its disc is seen |
 /// | `irradiance/` | in place of `illuminance/` for `quantity = "irradiance"`, W/m²; `SENSORS_annual.csv` has means and sums in kWh/m² |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
@@ -217,6 +219,7 @@ fn summary(
         suns,
         sky_subdivision: context.sky().subdivision(),
         bounces: project.method.bounces,
+        weather: project.weather.describe(&inputs.weather),
         hours: inputs.weather.steps().hours(inputs.weather.records.len()),
         time_steps: inputs.weather.records.len(),
         windows,

@@ -46,7 +46,9 @@ pub struct Summary {
     pub sky_subdivision: usize,
     /// Limit of diffuse reflections; absent: none.
     pub bounces: Option<u32>,
-    /// Hours that the weather file covers.
+    /// Where the time steps come from, which of them were taken, and what makes their sky, for people.
+    pub weather: String,
+    /// Hours that the time steps cover.
     #[serde(serialize_with = "crate::units::whole_hours")]
     pub hours: f64,
     /// Its time steps: columns of the results.

@@ -30,7 +30,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("bins", &[]),
     ("matrix", &["text", "files", "progress"]),
     ("bsdf", &["bins", "matrix", "text", "files", "progress"]),
-    ("weather", &["text", "files"]),
+    ("weather", &["matrix", "text", "files"]),
     ("sky", &["bins", "weather", "matrix", "files", "progress"]),
     ("bvh", &["progress"]),
     ("camera", &["bins", "text", "files"]),
@@ -47,6 +47,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "progress",
         ],
     ),
+    // What results hold, on a page.
+    ("report", &["simulate", "bsdf", "weather", "scene", "image", "glare", "files"]),
 ];
 
 const OPEN_TO_ALL: &[&str] = &["error", "limits", "units", "statistics", "random"];

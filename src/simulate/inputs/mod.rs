@@ -1,7 +1,7 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 pub(crate) mod filling;
-mod found;
+mod given_sky;
 pub(crate) mod glazing;
 pub(crate) mod grids;
 pub(crate) mod import;
@@ -93,9 +93,13 @@ impl Inputs {
     /// What is wrong in which file; windows whose basis is not their BSDF's, or that face away
     /// from every sensor.
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
-        let glazing = glazing::glazing(project)?;
-        project.check_phases(project.choice(&glazing).phases)?;
+        let mut glazing = glazing::glazing(project)?;
+        let choice = project.choice(&glazing);
+        project.check_phases(choice.phases)?;
         let weather = project.weather.load(warnings)?;
+        if let Some(sky) = &weather.given {
+            glazing.sky = given_sky::check(project, &choice, sky)?;
+        }
         check_steps(project, &weather, warnings)?;
         let mut scene = read_scene(project, warnings)?;
         let mut windows = Vec::new();
@@ -103,11 +107,8 @@ impl Inputs {
         for section in &project.windows {
             windows.extend(read_windows(project, section, patches, &mut scene, warnings)?);
         }
-        let mut glass_left = Vec::new();
-        if project.windows.is_empty() {
-            let found = found::find(&mut scene, warnings)?;
-            (windows, glass_left) = (found.windows, found.left);
-        }
+        let glass_left = project.found.left.clone();
+        project.found.warnings.iter().for_each(|w| warnings.push(w.clone()));
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
@@ -338,7 +339,13 @@ pub fn read_scene(project: &Project, warnings: &mut Warnings) -> Result<Scene> {
     // Commands inside scene files may name files relative to the project's folder.
     let base = project.folder();
     let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
-    scene::read_scene(&files, base, warnings)
+    if !project.windows.iter().any(|w| w.found.is_some()) {
+        return scene::read_scene(&files, base, warnings);
+    }
+    // All scattering data are windows: else they would have been refused.
+    let (mut scene, scattering) = scene::read_scene_and_scattering(&files, base, warnings)?;
+    scene.triangles.retain(|t| scattering.iter().all(|s| s.material != t.material));
+    Ok(scene)
 }
 
 fn read_group(

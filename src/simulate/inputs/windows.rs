@@ -60,6 +60,9 @@ impl ProjectWindow {
 /// # Errors
 /// What is wrong in which file.
 pub(crate) fn read_surfaces(project: &Project, section: &WindowSection, warnings: &mut Warnings) -> Result<Vec<Window>> {
+    if let Some(window) = &section.found {
+        return Ok(vec![window.clone()]);
+    }
     let base = project.folder();
     let mut surfaces = scene::read_windows(section.surface.strip_prefix(base).unwrap_or(&section.surface), base, warnings)?;
     // Of several windows in one file, the one that has the section's name is meant.

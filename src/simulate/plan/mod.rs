@@ -80,7 +80,7 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
         phases_because: choice.why.to_string(),
         preset: project.quality.name(),
         sky_subdivision: inputs.sky(project).subdivision(),
-        sky_follows_glazing: project.method.sky.is_none(),
+        sky_follows_glazing: project.method.sky.is_none() && inputs.weather.given.is_none(),
         hours: steps.hours(steps.len()),
         lit_hours: steps.hours(lit),
         model: model(project, inputs),
@@ -96,7 +96,8 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
 fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
     let direct = inputs.choice(project).direct;
     let scene = &inputs.scene;
-    let mut lines = vec![format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len())];
+    let mut lines = vec![project.weather.describe(&inputs.weather)];
+    lines.push(format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len()));
     let wholes = errors_of_wholes(project, inputs);
     for (window, whole) in inputs.windows.iter().zip(&wholes) {
         let shade = match (&window.shade, &window.pane) {

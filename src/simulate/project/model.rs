@@ -65,6 +65,7 @@ impl NamedModel {
             daylight: None,
             parts: Parts::default(),
             parts_place: self.place.clone(),
+            found: None,
         };
         self.model.windows.iter().map(section).collect()
     }

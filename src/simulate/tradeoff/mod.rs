@@ -100,6 +100,7 @@ impl Sweep<'_> {
         warnings: &mut Warnings,
         others: &mut dyn FnMut(&Reference<'_>, &dyn Progress) -> Result<Vec<Point>>,
     ) -> Result<Vec<Point>> {
+        self.check()?;
         // Shares of the time, roughly: the reference counts as many.
         const REFERENCE_PARTS: usize = 6;
         let count = self.knobs.len() + REFERENCE_PARTS + 2;
@@ -129,6 +130,23 @@ impl Sweep<'_> {
         let shown = Reference { lux: &reference.lux, project: &project };
         points.extend(others(&shown, &Part::of(progress, count - 1, count))?);
         Ok(points)
+    }
+
+    /// Settings are judged by illuminance and DGP, under skies that are made as each setting asks.
+    fn check(&self) -> Result<()> {
+        let fault = |text: &str, field: &str, help: &str| Err(Error::new(text).file(&self.project.file).field(field).help(help));
+        if self.project.output.quantity.is_solar() {
+            return fault(
+                "settings are compared by illuminance, not by irradiance",
+                "output.quantity",
+                "take 'quantity' out for the comparison",
+            );
+        }
+        if self.inputs.weather.given.is_some() {
+            let help = "give the weather file that the sky was made of";
+            return fault("settings of the sky cannot be compared under a sky made elsewhere", "weather.sky_matrix", help);
+        }
+        Ok(())
     }
 
     /// The project with nothing saved on, and with other random numbers.

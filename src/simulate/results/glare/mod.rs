@@ -14,6 +14,7 @@
 //! own noise is left out.
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
+pub(crate) mod carpet;
 pub(crate) mod eyes;
 mod imageless;
 mod noise;
