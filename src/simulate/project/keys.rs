@@ -159,6 +159,12 @@ pub const SECTIONS: &[Section] = &[
             ),
             key("daylight", "path: matrix", "traced", "D made elsewhere: rows bins, columns patches, the ground first."),
             key("daylight_direct", "path: matrix", "required by five phases beside `daylight`", "Its direct part, Dd."),
+            key(
+                "parts",
+                "`auto`, a number up to 256, or [columns, rows]",
+                "1: the whole window",
+                "Parts over each of which V and D are averages; `auto`: as many as a first look at what shades the window says.",
+            ),
         ],
     },
     Section {
