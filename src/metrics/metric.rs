@@ -74,7 +74,7 @@ impl Metric {
     pub fn is_detail(&self) -> bool {
         let not_judged = self.value.is_none() && self.class.is_none();
         not_judged
-            || ["mean_autonomy", "mean_continuous", "mean_u", "en17037_area", "mean_exp", "median_"]
+            || ["mean_autonomy", "mean_continuous", "mean_u", "en17037_area", "mean_exp", "largest_", "median_"]
                 .iter()
                 .any(|p| self.name.starts_with(p))
     }
@@ -88,9 +88,14 @@ impl Metric {
         };
         let mut words = Vec::new();
         if let Some((value, error, unit)) = number {
-            let places = usize::from(unit != "points" && value.abs() < 1000.0);
-            let error = error.filter(|e| *e > 0.0).map_or(String::new(), |e| format!(" ± {}", two_digits(e)));
-            words.push(format!("{value:.places$}{error} {unit}"));
+            // As many decimals as the error has, so that both are read alike.
+            words.push(match error.filter(|e| *e > 0.0) {
+                Some(error) => {
+                    let places = decimals(error);
+                    format!("{value:.places$} ± {error:.places$} {unit}")
+                }
+                None => format!("{value:.places$} {unit}", places = usize::from(unit != "points" && value.abs() < 1000.0)),
+            });
         }
         words.extend(self.class.clone());
         if let Some(p) = self.probability_of_another_class.filter(|_| self.undecided) {
@@ -124,10 +129,9 @@ impl Metric {
     }
 }
 
-/// A positive number to two digits.
-fn two_digits(v: f64) -> String {
-    let places = (1.0 - v.abs().log10().floor()).clamp(0.0, 4.0) as usize;
-    format!("{v:.places$}")
+/// Decimals that show a positive number to two digits.
+fn decimals(v: f64) -> usize {
+    (1.0 - v.log10().floor()).clamp(0.0, 6.0) as usize
 }
 
 #[cfg(test)]
@@ -144,6 +148,9 @@ mod tests {
         assert_eq!(metric.result(), "43.2 ± 1.1 %, class 1, undecided within noise (12 % for another)");
         assert_eq!(metric.row(), "\"desks\",da300_spatial_share,0.432100,share,0.011300,class 1,0.120000,yes,,\"-\",\"a 'b'\"");
         assert_eq!(Metric::new("view_out", "View out", "", "EN").note("why").result(), "not judged");
+        let exposure = Metric::new("largest_exposure_klxh", "-", "klx·h", "-").value(Estimated { value: 2306.123, standard_error: 21.0 });
+        assert_eq!((exposure.result(), exposure.is_detail(), metric.is_detail()), ("2306 ± 21 klx·h".into(), true, false));
+        assert_eq!(Metric::new("a", "-", "points", "-").value(Estimated { value: 2.0, standard_error: 0.0 }).result(), "2 points");
         assert_eq!(metric.row().split(',').count(), Metric::COLUMNS.split(',').count());
     }
 }

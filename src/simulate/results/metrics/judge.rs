@@ -278,7 +278,8 @@ pub fn judge_all(samples: &Samples<'_>, groups: &[(&GroupFacts, &[SensorSample])
     let draws = all[0].drawn.len();
     let points = |decision: Decision<u8>, metric: Metric| {
         let value = Estimated { value: f64::from(decision.class), standard_error: 0.0 };
-        metric.value(value).class(&decision, |p| format!("{p} points"))
+        // The value is the class.
+        Metric { class: None, ..metric.value(value).class(&decision, |p| p.to_string()) }
     };
     let mut metrics = Vec::new();
     if let Some(column) = counting.column(LM83) {
@@ -310,3 +311,6 @@ pub fn judge_all(samples: &Samples<'_>, groups: &[(&GroupFacts, &[SensorSample])
     }
     metrics.into_iter().map(|m| m.of("all")).collect()
 }
+
+#[cfg(test)]
+mod tests;
