@@ -151,12 +151,6 @@ pub const SECTIONS: &[Section] = &[
             key("states", "list of paths: XML", "–", "Scattering data of each state of the façade; glare is computed for each."),
             key("shade", "path", "–", "Real slats and panes that five phases trace the sun through."),
             key("tensor_tree", "path: XML", "–", "Scattering data of high resolution that five phases trace the sun through."),
-            key(
-                "parts",
-                "`auto`, 1 … 256, or [columns, rows]",
-                "1: the whole window",
-                "Over what parts of it V and D are averaged; `auto`: as many as a first look at the scene asks for.",
-            ),
             key("daylight", "path: matrix", "traced", "D made elsewhere: rows bins, columns patches, the ground first."),
             key("daylight_direct", "path: matrix", "required by five phases beside `daylight`", "Its direct part, Dd."),
             key(
@@ -245,7 +239,12 @@ pub const SECTIONS: &[Section] = &[
             ),
             key("autonomy", "lx", "300", "Illuminance of DA and cDA."),
             key("useful", "three rising numbers, lx", "[100, 300, 3000]", "Limits of UDI's four bands."),
-            key("daylight_saving", "two days: `[\"03-29\", \"10-25\"]`", "standard time", "Clocks are an hour ahead from the first until before the second."),
+            key(
+                "daylight_saving",
+                "two days: `[\"03-29\", \"10-25\"]`",
+                "standard time",
+                "Clocks are an hour ahead from the first until before the second.",
+            ),
             key("openings", "`side`, `roof`", "`side`", "Table of EN 17037: A.1, or A.2 for horizontal openings."),
             key("median_diffuse", "lx", "of the weather", "Median diffuse illuminance outdoors of EN 17037's method 1."),
         ],
