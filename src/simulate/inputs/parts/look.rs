@@ -245,7 +245,7 @@ impl Surroundings {
     }
 
     /// Luminance that comes to a point before the windows from a direction; windows send nothing.
-    fn from_outside(&self, mut origin: DVec3, mut direction: DVec3, reflections: usize, random: &mut Random) -> f64 {
+    fn luminance_outside(&self, mut origin: DVec3, mut direction: DVec3, reflections: usize, random: &mut Random) -> f64 {
         let mut weight = 1.0;
         for _ in 0..=reflections {
             let met = self.met(origin, direction, 1e-6);
@@ -352,7 +352,7 @@ impl Behind {
                 let point = opening.point(u, v);
                 let direction = -window.frame.to_world(window.basis.direction(bin, a, b));
                 let (sum, rays) = &mut found[behind.cell(window, point)];
-                *sum += surroundings.from_outside(point + start, direction, OUTSIDE, &mut random);
+                *sum += surroundings.luminance_outside(point + start, direction, OUTSIDE, &mut random);
                 *rays += 1.0;
             }
             found
