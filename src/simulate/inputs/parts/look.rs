@@ -10,19 +10,21 @@
 #[cfg(test)]
 pub(super) mod truth;
 
-use super::{Inputs, MOST_OF_AUTO};
 use crate::bins::ReinhartSky;
 use crate::bvh::Caster;
 use crate::progress::Silent;
 use crate::random::Random;
 use crate::scene::points::Sensor;
 use crate::scene::{MaterialKind, Scene, Window};
+use crate::simulate::inputs::Inputs;
 use crate::simulate::project::Project;
 use crate::sky::{SkyOptions, sky_matrix};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+/// Parts of a window that `"auto"` may come to.
+pub(super) const MOST_OF_AUTO: usize = 64;
 /// Cells along each side of a window where there are at most so many windows; more get no look.
 const CELLS: [(usize, usize); 3] = [(8, 32), (64, 16), (512, 8)];
 /// Rays of D per bin and cell.
