@@ -236,7 +236,7 @@ fn compute_in_dispatches(
         if options.keep_batches {
             let direct = |cell: usize| batch_cells[cell] as f64 / whole;
             let total = shape(&|cell| direct(cell) + batch_cells[cells + cell] as f64 / whole);
-            batches.push(TracedBatch { total, direct: shape(&direct) });
+            batches.push(TracedBatch { total, direct: shape(&direct), sunlit: None });
         }
     }
     progress.update("daylight matrix", 1.0);
