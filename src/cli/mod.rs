@@ -13,6 +13,7 @@ mod matrix_picture;
 mod matrix_sun;
 mod metrics;
 mod multiply;
+pub mod output;
 mod plan;
 mod progress;
 mod report;
@@ -25,7 +26,7 @@ mod viewer;
 
 use clap::{Parser, Subcommand};
 use lucarne::simulate::Project;
-use lucarne::{Error, Result, Warnings};
+use lucarne::{Error, ErrorKind, Result, Warnings};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -33,6 +34,10 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "lucarne", version, about, propagate_version = true, after_help = progress::EXIT_CODES, allow_negative_numbers = true)]
 struct Cli {
+    /// How progress is shown on standard error
+    #[arg(long, global = true, value_enum, value_name = "HOW", default_value = "auto")]
+    progress: progress::Shown,
+
     #[command(subcommand)]
     verb: Verb,
 }
@@ -74,6 +79,7 @@ enum Verb {
 pub fn main() -> ExitCode {
     let arguments = radiance_style_arguments(std::env::args_os());
     let cli = Cli::parse_from(arguments);
+    progress::show_as(cli.progress);
     let mut warnings = Warnings::new();
     let result: Result<ExitCode> = match cli.verb {
         Verb::Bsdf(args) => bsdf::run(args, &mut warnings),
@@ -95,6 +101,8 @@ pub fn main() -> ExitCode {
     show(&mut warnings);
     match result {
         Ok(code) => code,
+        // Who read the output has had enough of it (`| head`).
+        Err(error) if error.kind() == ErrorKind::Closed => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("lucarne: error: {error}");
             progress::failure(&error)

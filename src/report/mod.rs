@@ -29,9 +29,6 @@ use crate::files::write_atomically;
 use crate::simulate::Results;
 use std::path::{Path, PathBuf};
 
-/// Factor from the pixels of a figure to those of its PNG.
-const PNG_SCALE: f64 = 2.0;
-
 /// A report of one or more runs.
 #[derive(Debug, Clone)]
 pub struct Report {
@@ -73,7 +70,7 @@ impl Report {
     /// # Errors
     /// A figure that cannot be encoded.
     pub fn html(&self) -> Result<String> {
-        page::html(self)
+        page::html(&self.names, self.comparison.as_ref(), &self.runs)
     }
 
     /// Writes the page, whole or not at all.

@@ -57,8 +57,8 @@ const OPEN_TO_ALL: &[&str] = &["error", "limits", "units", "statistics", "random
 
 /// The order inside the module that is a house of its own: each part imports only parts before it.
 const INSIDE_SIMULATE: &[&str] = &[
-    "multiply", "project", "store", "inputs", "context", "light", "sampling", "plan", "phases", "results", "summary", "year", "run",
-    "ready", "rooms", "tradeoff",
+    "multiply", "project", "store", "inputs", "context", "light", "sampling", "plan", "overall", "phases", "results", "summary", "year",
+    "run", "ready", "rooms", "tradeoff",
 ];
 
 /// Files that import each other still; the list may only become shorter.

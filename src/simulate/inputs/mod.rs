@@ -8,6 +8,7 @@ pub(crate) mod grids;
 pub(crate) mod import;
 pub mod mirrors;
 mod models;
+pub mod parts;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
@@ -128,7 +129,8 @@ impl Inputs {
         let seem_dark = reach::seem_dark(&scene, light, &everywhere);
         reach::warn(&sensors, &seem_dark, direct, warnings);
         models::warn(project, warnings)?;
-        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        let mut inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        parts::divide(project, &mut inputs)?;
         // A schedule that does not fit the year is told before hours of tracing.
         inputs.counting(project)?;
         if project.output.quantity.is_solar() {
@@ -223,14 +225,20 @@ impl Inputs {
         Ok(if project.output.quantity.is_solar() { counting.of_irradiance() } else { counting })
     }
 
-    /// Number of bins of all windows: columns of V.
+    /// Number of bins of all parts of all windows: columns of V.
     pub fn bins(&self) -> usize {
-        self.windows.iter().map(|w| w.window.basis.len()).sum()
+        self.windows.iter().map(ProjectWindow::bins).sum()
     }
 
-    /// The windows' geometry, in the order of V's columns.
+    /// The parts of the windows, in the order of V's columns.
     pub fn geometry(&self) -> Vec<Window> {
-        self.windows.iter().map(|w| w.window.clone()).collect()
+        self.windows.iter().flat_map(|w| w.parts.clone()).collect()
+    }
+
+    /// How many parts a window's bin is divided into, on average.
+    pub(crate) fn mean_parts(&self) -> usize {
+        let whole: usize = self.windows.iter().map(|w| w.window.basis.len()).sum();
+        (self.bins() / whole.max(1)).max(1)
     }
 
     /// T of every window.

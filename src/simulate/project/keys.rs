@@ -151,6 +151,12 @@ pub const SECTIONS: &[Section] = &[
             key("states", "list of paths: XML", "–", "Scattering data of each state of the façade; glare is computed for each."),
             key("shade", "path", "–", "Real slats and panes that five phases trace the sun through."),
             key("tensor_tree", "path: XML", "–", "Scattering data of high resolution that five phases trace the sun through."),
+            key(
+                "parts",
+                "`auto`, 1 … 256, or [columns, rows]",
+                "1: the whole window",
+                "Over what parts of it V and D are averaged; `auto`: as many as a first look at the scene asks for.",
+            ),
             key("daylight", "path: matrix", "traced", "D made elsewhere: rows bins, columns patches, the ground first."),
             key("daylight_direct", "path: matrix", "required by five phases beside `daylight`", "Its direct part, Dd."),
         ],

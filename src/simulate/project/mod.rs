@@ -30,6 +30,7 @@
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
 //! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
+//! # parts = "auto"                    # or 16, or [4, 4]: over what parts of it V and D are averaged; left out: 1
 //! [[sensors]]                         # any number
 //! name = "workplane"
 //! points = "points.txt"               # or, spread over a material, a named surface or a file of polygons:
@@ -82,6 +83,7 @@ mod model;
 mod names;
 mod of_model;
 pub mod output;
+pub(crate) mod parts;
 pub mod quality;
 mod sections;
 mod spelling;
@@ -99,6 +101,7 @@ use self::metrics::MetricsSection;
 use self::model::NamedModel;
 pub(crate) use self::output::OutputSection;
 pub use self::output::Quantity;
+pub use self::parts::Parts;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
 pub(crate) use self::sections::{Filling, SceneSection, SensorPoints, SensorsSection, WindowSection};
@@ -252,13 +255,23 @@ fn asked<'a>(windows: &'a [WindowSection], sensors: &[SensorsSection]) -> Asked<
 }
 
 fn unique<'n>(top: &Table<'_, '_>, section: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {
+    let names: Vec<(&str, String)> = names.map(|name| (name, name.to_lowercase())).collect();
     let mut seen = std::collections::HashSet::new();
-    for name in names {
-        if !seen.insert(name.to_lowercase()) {
+    for (name, lower) in &names {
+        if !seen.insert(lower) {
             return Err(top
                 .error(section, format!("two sections [[{section}]] have the name '{name}'"))
                 .help("give each its own name: result files are called after it (capitals do not count)"));
         }
+    }
+    for (name, lower) in &names {
+        let Some(ending) = names::ENDINGS.iter().find(|e| lower.strip_suffix(**e).is_some_and(|other| seen.contains(&other.to_string())))
+        else {
+            continue;
+        };
+        return Err(top
+            .error(section, format!("'{name}' is another name with '{ending}', which files of its results end in"))
+            .help("give one of them another name: their files would replace each other"));
     }
     Ok(())
 }

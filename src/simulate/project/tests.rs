@@ -199,6 +199,21 @@ fn states_are_for_glare_alone() {
 fn names_used_twice_are_refused() {
     let twice = format!("{GOOD}[[sensors]]\nname = \"Workplane\"\npoints = \"p.txt\"\n");
     assert!(complaint(&twice).contains("two sections [[sensors]] have the name 'Workplane'"));
+    // The direct part of the first would have the name of the second.
+    let other = format!("{GOOD}[[sensors]]\nname = \"workplane_Direct\"\npoints = \"p.txt\"\n");
+    assert!(complaint(&other).contains("'workplane_Direct' is another name with '_direct'"), "{}", complaint(&other));
+}
+
+#[test]
+fn names_that_are_no_file_names_are_refused() {
+    let named = |name: &str| GOOD.replace("name = \"workplane\"", &format!("name = '{name}'"));
+    for bad in ["../up", "a/b", "a\\b", "C:x", ".hidden", "", " ", "end.", "end ", "nul", "CON.x", "Com1", "new\u{1}line", "a*b"] {
+        let told = complaint(&named(bad));
+        assert!(told.contains("cannot be part of a file name") || told.contains("control") || told.contains("empty"), "{bad:?}: {told}");
+    }
+    for good in ["desk 1", "Büro", "a.b-c_d", "console", "com"] {
+        assert!(read(&named(good)).is_ok(), "{good}");
+    }
 }
 
 #[test]
