@@ -50,7 +50,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     // What results hold, on a page.
-    ("report", &["simulate", "bsdf", "weather", "scene", "image", "glare", "metrics", "files"]),
+    ("report", &["simulate", "metrics", "bsdf", "weather", "scene", "image", "glare", "metrics", "files"]),
 ];
 
 const OPEN_TO_ALL: &[&str] = &["error", "limits", "units", "statistics", "random"];
