@@ -38,6 +38,10 @@ pub(crate) const MADE_TRIANGLES: usize = 1 << 20;
 /// Surfaces in a file of windows.
 pub(crate) const WINDOW_SURFACES: usize = 1 << 17;
 
+/// Pairs of a window's part and a part of a surface, or of another window, that are looked at for whether one covers the
+/// other: a minute or two of work.
+pub(crate) const COVERING_PAIRS: usize = 1 << 32;
+
 /// Nodes and instances of a glTF scene, each counted as often as it appears.
 pub(crate) const NODES: usize = 1 << 20;
 

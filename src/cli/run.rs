@@ -92,10 +92,9 @@ fn report(output: &Path, summary: &Summary) {
         if let Some(share) = sensors.mean_daylight_factor {
             println!("  mean daylight factor {:.2} %", 100.0 * share);
         }
-        if let Some(share) = sensors.spatial_autonomy {
-            println!("  {:.1} %: {}", 100.0 * share, sensors.spatial_autonomy_means);
-        }
+        super::metrics::print(&sensors.metrics);
     }
+    super::metrics::print(&summary.metrics);
     for view in &summary.views {
         let place = match view.pictures {
             0 => output.join("matrices").join(format!("V_{}.mtx", view.name)),
@@ -108,6 +107,7 @@ fn report(output: &Path, summary: &Summary) {
         let states = if glare.states > 1 { format!(", {} states of the façade", glare.states) } else { String::new() };
         let place = output.join("glare/annual.csv");
         println!("{}: {} views{states}, {} hours with light, method {}", place.display(), glare.views, glare.hours, glare.method);
+        super::metrics::print(&glare.metrics);
     }
     if let Some(e) = summary.estimated_error {
         let met = match (e.target, e.target_met) {
@@ -121,6 +121,9 @@ fn report(output: &Path, summary: &Summary) {
             100.0 * e.annual_median,
             100.0 * e.hourly_median
         );
+    }
+    for window in summary.windows.iter().filter(|w| w.parts.is_doubtful()) {
+        println!("window {}: {}", window.name, window.parts.because);
     }
     let rate = summary.rays_per_second.map(|r| format!(", {:.1} million rays/s", r / 1e6)).unwrap_or_default();
     println!("{:.1} s on {}{rate}", summary.seconds.total, summary.device.name);

@@ -4,6 +4,7 @@
 //! parts    what a report is made of: sections of text, tables and figures
 //! plan     drawings of plans and sections of the room
 //! project  what was asked, the room, its windows
+//! metrics  metrics with names, their classes
 //! sensors  what the sensors tell
 //! glare    what the views tell
 //! account  how exact it is, warnings, where the time went
@@ -17,6 +18,7 @@
 mod account;
 mod compare;
 mod glare;
+mod metrics;
 mod page;
 mod parts;
 mod plan;
@@ -28,9 +30,6 @@ use crate::error::{Error, Result};
 use crate::files::write_atomically;
 use crate::simulate::Results;
 use std::path::{Path, PathBuf};
-
-/// Factor from the pixels of a figure to those of its PNG.
-const PNG_SCALE: f64 = 2.0;
 
 /// A report of one or more runs.
 #[derive(Debug, Clone)]
@@ -56,6 +55,7 @@ impl Report {
         let scales = sensors::Scales::of(results);
         let sections = |results: &Results| -> Result<Vec<Section>> {
             let mut sections = vec![project::section(results), project::room(results)];
+            sections.push(metrics::section(results));
             sections.push(sensors::section(results, &scales)?);
             sections.push(glare::section(results)?);
             sections.push(account::accuracy(results));
@@ -73,7 +73,7 @@ impl Report {
     /// # Errors
     /// A figure that cannot be encoded.
     pub fn html(&self) -> Result<String> {
-        page::html(self)
+        page::html(&self.names, self.comparison.as_ref(), &self.runs)
     }
 
     /// Writes the page, whole or not at all.

@@ -1,6 +1,5 @@
 //! A report as HTML: one file with its style and its figures inside, no script, nothing from the network.
 
-use super::Report;
 use super::parts::{Figure, Part, Section, Table};
 use crate::error::Result;
 use std::fmt::Write;
@@ -9,29 +8,29 @@ use std::fmt::Write;
 const LONG: usize = 40;
 
 /// The page.
-pub(super) fn html(report: &Report) -> Result<String> {
-    let title = format!("Daylight report: {}", report.names.join(", "));
+pub(super) fn html(names: &[String], comparison: Option<&Section>, runs: &[Vec<Section>]) -> Result<String> {
+    let title = format!("Daylight report: {}", names.join(", "));
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, \
          initial-scale=1\">\n<title>{0}</title>\n<style>\n{1}</style>\n</head>\n<body>\n<header><h1>{0}</h1></header>\n",
         escape(&title),
         include_str!("page.css")
     );
-    let titles: Vec<&str> = report.comparison.iter().chain(&report.runs[0]).map(|s| s.title).collect();
+    let titles: Vec<&str> = comparison.into_iter().chain(&runs[0]).map(|s| s.title).collect();
     let links: Vec<String> = titles.iter().map(|t| format!("<a href=\"#{}\">{}</a>", anchor(t), escape(t))).collect();
     let _ = writeln!(page, "<nav>{}</nav>\n<main>", links.join(" "));
-    if let Some(comparison) = &report.comparison {
+    if let Some(comparison) = comparison {
         open(&mut page, comparison.title);
         parts(&mut page, comparison)?;
         page.push_str("</section>\n");
     }
-    for (i, first) in report.runs[0].iter().enumerate() {
+    for (i, first) in runs[0].iter().enumerate() {
         open(&mut page, first.title);
-        if report.runs.len() == 1 {
+        if runs.len() == 1 {
             parts(&mut page, first)?;
         } else {
             page.push_str("<div class=\"runs\">\n");
-            for (name, sections) in report.names.iter().zip(&report.runs) {
+            for (name, sections) in names.iter().zip(runs) {
                 let _ = writeln!(page, "<div class=\"run\"><p class=\"name\">{}</p>", escape(name));
                 parts(&mut page, &sections[i])?;
                 page.push_str("</div>\n");
@@ -153,10 +152,11 @@ mod tests {
             Part::Table(table),
             Part::Figures(vec![figure]),
         ];
-        let report = Report { names: vec![hostile.clone()], comparison: None, runs: vec![vec![Section { title: "One", parts }]] };
-        let page = html(&report).unwrap();
+        let page = html(std::slice::from_ref(&hostile), None, &[vec![Section { title: "One", parts }]]).unwrap();
         assert!(!page.contains("<script") && !page.contains("onload=\"<"), "{page}");
-        assert_eq!(page.matches("&lt;script").count(), 10, "{page}");
+        // Title and heading of the page; text, heading, fact, note; caption, head and cell of the table; label and
+        // caption of the figure and its own text.
+        assert_eq!(page.matches("&lt;script").count(), 12, "{page}");
         // Nothing is fetched: the name of SVG's words is no address that anybody opens.
         assert_eq!(page.matches("http").count(), page.matches("xmlns=\"http://www.w3.org/2000/svg\"").count());
     }
@@ -165,7 +165,7 @@ mod tests {
     fn several_runs_stand_beside_each_other() {
         let section = |text: &str| vec![Section { title: "One", parts: vec![Part::Text(text.into())] }];
         let names = vec!["a".to_string(), "b".to_string()];
-        let page = html(&Report { names, comparison: None, runs: vec![section("left"), section("right")] }).unwrap();
-        assert!(page.find("left").unwrap() < page.find("right").unwrap() && page.matches("class=\"run\"").count() == 2);
+        let page = html(&names, None, &[section("the first"), section("the second")]).unwrap();
+        assert!(page.find("the first").unwrap() < page.find("the second").unwrap() && page.matches("class=\"run\"").count() == 2, "{page}");
     }
 }

@@ -5,6 +5,9 @@ use crate::files::write_atomically;
 use crate::image::drawing::Drawing;
 use std::path::Path;
 
+/// Factor from the pixels of a figure to those of its PNG.
+const PNG_SCALE: f64 = 2.0;
+
 /// A chapter.
 #[derive(Debug, Clone)]
 pub(super) struct Section {
@@ -104,7 +107,7 @@ impl Section {
                 Part::Figures(figures) => {
                     for figure in figures {
                         for ending in ["svg", "png"] {
-                            figure.drawing.write(&folder.join(format!("{}.{ending}", file_name(&figure.name))), super::PNG_SCALE)?;
+                            figure.drawing.write(&folder.join(format!("{}.{ending}", file_name(&figure.name))), PNG_SCALE)?;
                             count += 1;
                         }
                     }

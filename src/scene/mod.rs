@@ -239,8 +239,8 @@ impl Window {
         [azimuth, round(out.z.clamp(-1.0, 1.0).asin().to_degrees())]
     }
 
-    /// Whether it is the same opening, whatever its name and basis.
+    /// Whether it is the same opening, or has the other as a part, whatever their names and bases.
     pub(crate) fn is_in_place_of(&self, other: &Self) -> bool {
-        self.triangles == other.triangles
+        self.triangles == other.triangles || self.has_as_part(other)
     }
 }

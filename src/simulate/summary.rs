@@ -6,6 +6,8 @@ use super::results::views::ViewSummary;
 use super::store::Store;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
+use crate::metrics::Metric;
+use crate::simulate::inputs::parts::Division;
 use crate::simulate::inputs::suns::SunCensus;
 use crate::simulate::inputs::{Differences, Inputs, ProjectWindow};
 use crate::simulate::results::glare::GlareSummary;
@@ -62,6 +64,9 @@ pub struct Summary {
     pub matrices_are_given: bool,
     /// Results per group of sensors.
     pub sensors: Vec<SensorSummary>,
+    /// Metrics of all groups of sensors together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub metrics: Vec<Metric>,
     /// Pictures per view.
     pub views: Vec<ViewSummary>,
     /// Annual glare, if the project asks for it.
@@ -96,8 +101,10 @@ pub struct WindowSummary {
     pub area: f64,
     /// Where it faces: degrees clockwise from north (+y) of its outward normal, and its tilt from the horizon (90 looks up).
     pub faces: [f64; 2],
-    /// Bins: columns of the view matrices.
+    /// Bins of all its parts: columns of the view matrices, rows of its D.
     pub bins: usize,
+    /// The parts over which V and D are averaged.
+    pub parts: Division,
     /// Whether suns are traced through it.
     pub sun_is_traced: bool,
 }
@@ -136,7 +143,8 @@ impl Summary {
             glazing: w.made_of.clone(),
             area: w.window.area(),
             faces: w.window.faces(),
-            bins: w.window.basis.len(),
+            bins: w.bins(),
+            parts: w.division.clone(),
             sun_is_traced: phases == 5 && w.is_sunny(),
         };
         (inputs.windows.iter().map(of).collect(), inputs.differences() == Differences::Noisy)

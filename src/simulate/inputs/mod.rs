@@ -1,5 +1,6 @@
 //! Everything a project names, read and checked against each other before any computing.
 
+pub mod counting;
 pub(crate) mod filling;
 mod given_sky;
 pub(crate) mod glazing;
@@ -7,12 +8,14 @@ pub(crate) mod grids;
 pub(crate) mod import;
 pub mod mirrors;
 mod models;
+pub mod parts;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
 pub mod suns;
 pub(crate) mod windows;
 
+use self::counting::Counting;
 pub use self::filling::in_colour;
 use self::import::{Imported, sun_matrices};
 use self::shade::Shade;
@@ -126,7 +129,10 @@ impl Inputs {
         let seem_dark = reach::seem_dark(&scene, light, &everywhere);
         reach::warn(&sensors, &seem_dark, direct, warnings);
         models::warn(project, warnings)?;
-        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        let mut inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        parts::divide(project, &mut inputs)?;
+        // A schedule that does not fit the year is told before hours of tracing.
+        inputs.counting(project)?;
         if project.output.quantity.is_solar() {
             inputs.warn_of_solar(project, warnings);
         }
@@ -209,14 +215,30 @@ impl Inputs {
         project.method.sky.unwrap_or(self.glazing.sky)
     }
 
-    /// Number of bins of all windows: columns of V.
-    pub fn bins(&self) -> usize {
-        self.windows.iter().map(|w| w.window.basis.len()).sum()
+    /// Which hours and numbers metrics count.
+    ///
+    /// # Errors
+    /// As [`Counting::new`].
+    pub fn counting(&self, project: &Project) -> Result<Counting> {
+        let vertical = self.sensors.iter().flat_map(|g| &g.sensors).any(|s| !s.faces_up());
+        let counting = Counting::new(&project.metrics, &self.weather, vertical).map_err(|e| e.file(&project.file))?;
+        Ok(if project.output.quantity.is_solar() { counting.of_irradiance() } else { counting })
     }
 
-    /// The windows' geometry, in the order of V's columns.
+    /// Number of bins of all parts of all windows: columns of V.
+    pub fn bins(&self) -> usize {
+        self.windows.iter().map(ProjectWindow::bins).sum()
+    }
+
+    /// The parts of the windows, in the order of V's columns.
     pub fn geometry(&self) -> Vec<Window> {
-        self.windows.iter().map(|w| w.window.clone()).collect()
+        self.windows.iter().flat_map(|w| w.parts.clone()).collect()
+    }
+
+    /// How many parts a window's bin is divided into, on average.
+    pub(crate) fn mean_parts(&self) -> usize {
+        let whole: usize = self.windows.iter().map(|w| w.window.basis.len()).sum();
+        (self.bins() / whole.max(1)).max(1)
     }
 
     /// T of every window.

@@ -5,6 +5,7 @@
 //! meets nothing is under the open sky on that side. Glass that is no window stays in the scene as it is; light passes
 //! it all the same, found by chance. Scattering data elsewhere are an error: rays of a scene do not meet them.
 
+use super::parts::Parts;
 use super::sections::{Filling, WindowSection};
 use super::table::Place;
 use crate::bsdf;
@@ -98,6 +99,8 @@ fn find(scene: &Scene, scattering: &[ScatteringData], place: &Place) -> Result<F
             tensor_tree,
             states: Vec::new(),
             daylight: None,
+            parts: Parts::default(),
+            parts_place: place.clone(),
             found: Some(window),
         });
     }

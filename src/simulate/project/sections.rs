@@ -2,6 +2,7 @@
 
 use super::given::ImportSection;
 use super::names::name;
+use super::parts::Parts;
 use super::table::{Place, Table};
 use crate::error::Result;
 use crate::scene::grid::Spread;
@@ -64,6 +65,10 @@ pub struct WindowSection {
     pub states: Vec<PathBuf>,
     /// D and Dd made elsewhere.
     pub daylight: Option<ImportSection>,
+    /// Over what parts of it V and D are averaged.
+    pub parts: Parts,
+    /// Where that stands in the project file.
+    pub parts_place: Place,
     /// The window itself, where the project names none and it was found in the scene.
     pub(crate) found: Option<Window>,
 }
@@ -152,8 +157,10 @@ impl WindowSection {
             ));
         }
         let daylight = ImportSection::read(&mut table, "daylight", "daylight_direct")?;
+        let parts = Parts::read(&mut table)?;
+        let parts_place = table.place("parts");
         table.finish()?;
-        Ok(Self { name, surface, filling, place, shade, tensor_tree, states, daylight, found: None })
+        Ok(Self { name, surface, filling, place, shade, tensor_tree, states, daylight, parts, parts_place, found: None })
     }
 }
 

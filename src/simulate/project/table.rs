@@ -42,6 +42,11 @@ impl<'d, 'a> Table<'d, 'a> {
         self.entries.get(key)
     }
 
+    /// Whether a key has a list.
+    pub(super) fn is_list(&mut self, key: &'static str) -> bool {
+        matches!(self.get(key).map(Spanned::get_ref), Some(DeValue::Array(_)))
+    }
+
     fn field(&self, key: &str) -> String {
         if self.name.is_empty() { key.to_string() } else { format!("{}.{key}", self.name) }
     }

@@ -141,7 +141,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
 }
 
 fn view_job<'a>(context: &Context<'a>, view: &'a ViewSection, windows: &'a [Window], refinement: u32) -> ViewJob<'a> {
-    ViewJob { context: *context, windows, view, options: image_options(context.project, context.choice.phases), refinement }
+    ViewJob { context: *context, windows, view, options: image_options(context.project, context.inputs, context.choice.phases), refinement }
 }
 
 /// Writes `images/NAME/img_%04d.hdr`, numbered by hour of the year ([`Steps::number`]), from the stored view
@@ -198,7 +198,7 @@ fn view_matrix(
     let clock = Instant::now();
     context.check_stop()?;
     let mut inputs = context.view_fingerprint("V of pictures");
-    inputs.add(&view.raster()?).add(&image_options(context.project, context.choice.phases));
+    inputs.add(&view.raster()?).add(&image_options(context.project, context.inputs, context.choice.phases));
     let target = context.project.quality.target_error;
     let refined = *inputs.clone().add(&asked);
     let mut statistics = TraceStatistics::default();

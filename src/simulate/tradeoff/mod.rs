@@ -25,10 +25,11 @@ use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
 use crate::progress::{Progress, Silent};
 use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::parts::divide_anew;
 use crate::simulate::light::multiply;
-use crate::simulate::project::Project;
 use crate::simulate::project::method::Phases;
 use crate::simulate::project::method::SunScheme;
+use crate::simulate::project::{Parts, Project};
 use crate::simulate::results::illuminance::illuminance as lux_of;
 use crate::simulate::run::run;
 use crate::simulate::sampling::rounds::Part;
@@ -204,7 +205,12 @@ impl Sweep<'_> {
         for view in &mut project.views {
             view.resolution = view.resolution.map(|n| n * 2);
         }
-        Ok((project, self.inputs.clone()))
+        let mut inputs = self.inputs.clone();
+        // As fine as the finest that it is compared with.
+        if let Some(most) = self.knobs.iter().filter_map(|k| if let Knob::Parts(n) = k { Some(*n) } else { None }).max() {
+            divide_anew(&project, &mut inputs, Parts::Number(most))?;
+        }
+        Ok((project, inputs))
     }
 
     /// The project at standard quality, without pictures for people.
@@ -238,6 +244,7 @@ impl Sweep<'_> {
             Knob::Suns(n) => project.method.take_suns(SunScheme::Patches(ReinhartSky::new(n)?)),
             Knob::HourlySuns => project.method.take_suns(SunScheme::HOURLY),
             Knob::Basis(basis) => rebase(&mut inputs, &project, &basis.into())?,
+            Knob::Parts(n) => divide_anew(&project, &mut inputs, Parts::Number(n))?,
         }
         Ok((project, inputs))
     }

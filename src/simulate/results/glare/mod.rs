@@ -19,6 +19,7 @@ pub(crate) mod eyes;
 mod imageless;
 mod noise;
 pub mod read;
+mod spatial;
 mod sunlight;
 mod tables;
 
@@ -37,6 +38,7 @@ use crate::kernels::trace::{TraceStatistics, TracedMatrix};
 use crate::kernels::view_matrix;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
+use crate::metrics::Metric;
 use crate::progress::Progress;
 use crate::simulate::context::Context;
 use crate::simulate::inputs::SensorGroup;
@@ -48,6 +50,7 @@ use crate::simulate::phases::sun_pixels::{Shown, sun_pictures};
 use crate::simulate::plan::presets::{daylight_options, image_options, rounds, view_options};
 use crate::simulate::project::given::GivenPictures;
 use crate::simulate::project::glare::{GlareMethod, GlareSection};
+use crate::simulate::project::metrics::Family;
 use crate::simulate::project::views::ViewSection;
 use crate::simulate::sampling::rounds::{Part, average};
 use crate::statistics::student_95;
@@ -72,6 +75,9 @@ pub struct GlareSummary {
     pub detector: Option<String>,
     /// Seconds for all hours of all views and states, without V and D.
     pub seconds: f64,
+    /// sGA, sDG and protection of the views, by state.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub metrics: Vec<Metric>,
 }
 
 /// What the glare of a project is computed from.
@@ -161,6 +167,8 @@ impl GlareJob<'_> {
         let confidence_95 = student_95(self.freedom(section.method));
         let calendar = tables::Calendar { records: &weather.records, steps, confidence_95 };
         tables::write(self.context.store, section, &calendar, &years, self.context.progress, warnings)?;
+        let wanted = self.context.project.metrics.wants(Family::Glare);
+        let metrics = if wanted { spatial::metrics(section, &calendar, &years) } else { Vec::new() };
         Ok(GlareSummary {
             method: section.method.name().to_string(),
             views: self.context.project.views.len(),
@@ -168,15 +176,16 @@ impl GlareJob<'_> {
             hours: lit_hours,
             detector: detector.map(|d| d.description()),
             seconds,
+            metrics,
         })
     }
 
     /// Degrees of freedom of the errors: those of the matrix with the fewest independent estimates.
     fn freedom(&self, method: GlareMethod) -> usize {
         let project = self.context.project;
-        let eyes = rounds(project) as usize * (view_options(project, 0).batches as usize - 1);
-        let daylight = daylight_options(project, 0, 0).batches as usize - 1;
-        let pictures = image_options(self.context.project, self.context.choice.phases).batches as usize - 1;
+        let eyes = rounds(project) as usize * (view_options(project, self.context.inputs, 0).batches as usize - 1);
+        let daylight = daylight_options(project, self.context.inputs, 0, 0).batches as usize - 1;
+        let pictures = image_options(self.context.project, self.context.inputs, self.context.choice.phases).batches as usize - 1;
         match method {
             GlareMethod::Image => pictures.min(daylight),
             GlareMethod::Edgps => pictures.min(daylight).min(eyes),
@@ -229,7 +238,7 @@ impl GlareJob<'_> {
         let sensors = self.context.project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
         let rounds = rounds(self.context.project);
         let mut inputs = self.context.view_fingerprint("V of eyes");
-        inputs.add(&sensors).add(&view_options(self.context.project, 0)).add(&rounds);
+        inputs.add(&sensors).add(&view_options(self.context.project, self.context.inputs, 0)).add(&rounds);
         let shape = (sensors.len(), self.context.inputs.bins(), 3);
         let load = |suffix: &str| self.context.store.load(&format!("glare_eyes{suffix}"), inputs, shape);
         if let (Some(total), Some(direct), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
@@ -237,7 +246,7 @@ impl GlareJob<'_> {
         }
         let windows = self.context.inputs.geometry();
         let traced = average(rounds, self.context.progress, |round, progress| {
-            let options = view_options(self.context.project, round);
+            let options = view_options(self.context.project, self.context.inputs, round);
             view_matrix::compute(self.context.device, &self.context.inputs.scene, &windows, &sensors, &options, progress)
         })?;
         statistics.add(traced.statistics);
@@ -250,7 +259,8 @@ impl GlareJob<'_> {
 
     /// Computes the view matrix of a view as a picture of the windows alone.
     fn windows_only(&self, view: &ViewSection, statistics: &mut TraceStatistics) -> Result<()> {
-        let options = ImageOptions { bounces: Some(0), ..image_options(self.context.project, self.context.choice.phases) };
+        let options =
+            ImageOptions { bounces: Some(0), ..image_options(self.context.project, self.context.inputs, self.context.choice.phases) };
         let inputs = *self.context.view_fingerprint("V of pictures").add(&view.raster()?).add(&options);
         let view = ViewSection { name: windows_only_name(view), given: GivenPictures::default(), ..view.clone() };
         let windows = self.context.inputs.geometry();
