@@ -2,7 +2,9 @@
 # make test        check format, lints and the links of the documentation, run all tests
 # make bench       measure kernels and the whole job, write target/bench.json
 # make validation  run all tests and benchmarks, write what they measured into VALIDATION.md
-# make soak        kill two hundred runs at random moments, and compare what they end in
+# make fuzz        read damaged files for a minute with each reader
+# make soak        kill two hundred runs at random moments, fill disks, flip two thousand bits, run five hundred projects
+#                  and a long batch, and compare what they end in
 # make viewer      build the viewer and look at the demo's results (which it computes if there are none)
 #
 # All share one build of every crate: the same profile, and features that .ci/builds-once compares.
@@ -13,7 +15,7 @@
 
 LUCARNE := target/release/lucarne
 
-.PHONY: demo test lint bench validation soak viewer build vulkan
+.PHONY: demo test lint bench validation fuzz soak viewer build vulkan
 .DEFAULT_GOAL := build
 
 build:
@@ -54,8 +56,13 @@ validation: vulkan
 	cargo bench
 	cargo run --release --example write_validation
 
+# Another seed by LUCARNE_FUZZ_SEED, some readers by LUCARNE_FUZZ=scene,obj. What both find goes into VALIDATION.md by
+# `cargo run --release --example write_validation`.
+fuzz:
+	LUCARNE_FUZZ_SECONDS=$${LUCARNE_FUZZ_SECONDS:-60} cargo test --release --test fuzz -- --nocapture
+
 soak: vulkan
-	LUCARNE_KILLS=200 cargo test --release --test nothing_lost killed -- --nocapture
+	LUCARNE_SOAK=1 LUCARNE_KILLS=200 cargo test --release --test nothing_lost --test surroundings --test soak -- --nocapture --test-threads 1
 
 # Without results there is nothing to look at: then the demo comes first.
 viewer: vulkan

@@ -31,6 +31,8 @@ pub enum ErrorKind {
     Stopped,
     /// The operating system refused a file or folder.
     Io,
+    /// Whoever read the output has closed it.
+    Closed,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
@@ -65,22 +67,22 @@ impl Error {
 
     /// Failure of the operating system on a file.
     pub fn io(path: impl AsRef<Path>, error: &std::io::Error) -> Self {
+        Self::stream(error).file(path)
+    }
+
+    /// Failure of the operating system on a stream that has no name here.
+    pub fn stream(error: &std::io::Error) -> Self {
         let help = match error.kind() {
             std::io::ErrorKind::NotFound => Some("check the spelling and the folder the path is relative to"),
             std::io::ErrorKind::PermissionDenied => Some("check the permissions of the file and its folder"),
             std::io::ErrorKind::StorageFull => Some("free some disk space, or write to another disk"),
             _ => None,
         };
-        let e = Self::new(error.to_string()).of_kind(ErrorKind::Io).file(path);
+        let e = Self::new(error.to_string()).of_kind(kind_of(error));
         match help {
             Some(h) => e.help(h),
             None => e,
         }
-    }
-
-    /// Failure of the operating system on a stream that has no name here.
-    pub(crate) fn stream(error: &std::io::Error) -> Self {
-        Self::new(error.to_string()).of_kind(ErrorKind::Io)
     }
 
     /// Adds the file, unless an inner caller already named one.
@@ -144,6 +146,10 @@ impl Error {
     pub fn message(&self) -> &str {
         &self.0.message
     }
+}
+
+fn kind_of(error: &std::io::Error) -> ErrorKind {
+    if error.kind() == std::io::ErrorKind::BrokenPipe { ErrorKind::Closed } else { ErrorKind::Io }
 }
 
 impl fmt::Display for Error {

@@ -1,5 +1,19 @@
 //! The `lucarne` program: arguments in, exit code out.
 
+// In place of the standard ones, which panic where nobody reads: a closed pipe, a full disk.
+macro_rules! print {
+    ($($text:tt)*) => { crate::cli::output::print(format_args!($($text)*), "") };
+}
+macro_rules! println {
+    ($($text:tt)*) => { crate::cli::output::print(format_args!($($text)*), "\n") };
+}
+macro_rules! eprint {
+    ($($text:tt)*) => { crate::cli::output::tell(format_args!($($text)*), "") };
+}
+macro_rules! eprintln {
+    ($($text:tt)*) => { crate::cli::output::tell(format_args!($($text)*), "\n") };
+}
+
 mod cli;
 
 use std::process::ExitCode;

@@ -85,7 +85,8 @@ fn write_hours(out: &Path, view: &str, hours: &[usize], pattern: &str) {
     let mut view = PictureView::open(&out.join("matrices").join(format!("{view}.mtx")).display().to_string(), None).unwrap();
     let options = exr::Options { samples: exr::Samples::Float, channels: exr::Channels::Rgb };
     let output = Output::parse(&out.join(pattern).display().to_string(), options).unwrap();
-    let request = Request { coefficients: &coefficients, hours, output: &output, header: &[], memory: 1 << 28, addition: None };
+    let request =
+        Request { coefficients: &coefficients, hours, output: &output, header: &[], memory: 1 << 28, addition: None, finished: None };
     write_pictures(&Native, &mut view, &request, &lucarne::progress::Silent, &mut Warnings::new()).unwrap();
 }
 

@@ -7,6 +7,7 @@ mod testing;
 use device::device;
 use lucarne::matrix::file::read_matrix;
 use lucarne::progress::{Progress, Silent};
+use lucarne::report::Report;
 use lucarne::simulate::project::builder::ProjectBuilder;
 use lucarne::simulate::{Plan, Project, Results, Year};
 use lucarne::{Error, ErrorKind, Warnings};
@@ -89,6 +90,38 @@ fn a_year_holds_what_its_folder_holds() {
     year.write(&copy).unwrap();
     let again = plan.run(&device, &copy, &Silent, &mut warnings).unwrap();
     assert_eq!((again.summary.rays, &again.sensors[0].illuminance), (0, &desks.illuminance));
+
+    a_report_shows_what_the_folder_holds(&out, &folder.path().join("report"));
+}
+
+/// The page of a run has its numbers and figures, needs nothing from elsewhere, and is well formed.
+fn a_report_shows_what_the_folder_holds(out: &Path, folder: &Path) {
+    let results = || Results::open(out).unwrap();
+    let report = Report::new(&[results()]).unwrap();
+    let page = report.html().unwrap();
+    let mean = results().year.summary.sensors[0].mean_illuminance_lx.unwrap();
+    assert!(
+        page.contains(&format!("{:.0}", mean.floor())) || page.contains(&format!("{:.0}", mean.ceil())),
+        "{mean} lx is not on the page"
+    );
+    // Plan, section, four maps, the worst hour; a single day has no carpet of its own below two days.
+    assert_eq!(page.matches("<figure").count(), 7, "{}", page.matches("<figcaption").count());
+    for part in page.split("<svg").skip(1) {
+        let svg = format!("<svg{}</svg>", part.split("</svg>").next().unwrap());
+        let mut reader = quick_xml::Reader::from_str(&svg);
+        while !matches!(reader.read_event().unwrap(), quick_xml::events::Event::Eof) {}
+    }
+    let addresses = page.matches("http").count() - page.matches("xmlns=\"http://www.w3.org/2000/svg\"").count();
+    assert!(addresses == 0 && !page.contains("<script") && !page.contains("<link"), "the page asks for something outside");
+    let count = report.write_parts(folder).unwrap();
+    let files = std::fs::read_dir(folder).unwrap().count();
+    assert!(
+        count == files && folder.join("plan.svg").is_file() && folder.join("groups.csv").is_file(),
+        "{count} files, {files} in the folder"
+    );
+    // Beside itself a run differs by nothing.
+    let twice = Report::new(&[results(), results()]).unwrap().html().unwrap();
+    assert!(twice.contains("Side by side") && twice.matches("<figure").count() == 14);
 }
 
 #[test]

@@ -1,102 +1,15 @@
 //! Stored results that cannot be mistaken: damage is noticed, two runs do not share a folder, and what a
 //! killed run left half-written goes.
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 
+mod small_project;
 #[path = "../src/testing.rs"]
 mod testing;
 
-const PROJECT: &str = r#"
-[weather]
-file = "day.wea"
-[scene]
-files = ["room.rad"]
-[[window]]
-name = "south"
-surface = "window.rad"
-bsdf = "louvre.xml"
-shade = "slat.rad"
-[[sensors]]
-name = "room"
-points = "points.txt"
-[[view]]
-name = "eye"
-file = "eye.vf"
-resolution = [12, 12]
-[images]
-hours = [1909]
-[glare]
-method = "image"
-[quality]
-preset = "draft"
-"#;
-
-/// A five-phase project with every kind of stored file, of one day.
-fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/asymmetric");
-    for file in ["room.rad", "window.rad", "louvre.xml", "points.txt"] {
-        fs::copy(scenes.join(file), folder.path().join(file)).unwrap();
-    }
-    let mut wea =
-        "place Test_USA\nlatitude 40.78\nlongitude 73.96\ntime_zone 75\nsite_elevation 40.0\nweather_data_file_units 1\n".to_string();
-    for hour in 0..24 {
-        let (direct, diffuse) = if (10..15).contains(&hour) { (500, 150) } else { (0, 0) };
-        wea.push_str(&format!("3 21 {hour}.500 {direct} {diffuse}\n"));
-    }
-    let slat = "void plastic grey\n0\n0\n5 .5 .5 .5 0 0\n\ngrey polygon slat\n0\n0\n12\n1 -.05 1.5\n2 -.05 1.5\n2 -.15 1.4\n1 -.15 1.4\n";
-    let view = "rvu -vta -vp 1.2 1.6 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 180\n";
-    for (name, text) in [("day.wea", wea.as_str()), ("eye.vf", view), ("slat.rad", slat), ("project.toml", PROJECT)] {
-        fs::write(folder.path().join(name), text).unwrap();
-    }
-    folder
-}
-
-fn run(folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lucarne"))
-        .args(["run", "project.toml", "-o", "out"])
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap()
-}
-
-fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() { walk(&path, found) } else { found.push(path) }
-    }
-}
-
-/// All results as they are.
-fn results(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = Vec::new();
-    walk(&folder.join("out"), &mut files);
-    files.retain(|f| !f.ends_with("summary.json") && !f.ends_with(".lock"));
-    files.into_iter().map(|f| (f.clone(), fs::read(f).unwrap())).collect()
-}
-
-/// The results without what tells of the run itself: the seconds that sampling took.
-fn timeless(mut results: BTreeMap<PathBuf, Vec<u8>>) -> BTreeMap<PathBuf, Vec<u8>> {
-    for (file, bytes) in &mut results {
-        if file.file_name().unwrap().to_string_lossy().starts_with("replicates_") {
-            bytes.drain(..header(bytes));
-        }
-    }
-    results
-}
-
-/// Bytes of the header of a matrix.
-fn header(bytes: &[u8]) -> usize {
-    bytes.windows(2).position(|w| w == b"\n\n").map_or(200, |at| at + 2)
-}
-
-fn text(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use small_project::{PROJECT, header, lucarne, project, results, run, text, timeless};
 
 #[test]
 fn a_flipped_byte_in_any_stored_file_is_noticed_and_the_results_are_the_same() {
@@ -186,54 +99,176 @@ fn two_runs_do_not_share_a_folder_and_leftovers_of_a_killed_one_go() {
     assert!(results(folder.path()).keys().all(|f| !f.to_string_lossy().contains("partial")));
 }
 
-/// Random kills of one test; more of them by `LUCARNE_KILLS`.
-const KILLS: usize = 6;
+/// Work that may be killed: a command in a folder, and the results that it must end in.
+struct Work {
+    name: &'static str,
+    folder: tempfile::TempDir,
+    arguments: Vec<&'static str>,
+}
+
+impl Work {
+    fn project(name: &'static str, text: &str) -> Self {
+        let folder = project();
+        fs::write(folder.path().join("project.toml"), text).unwrap();
+        Self { name, folder, arguments: vec!["run", "project.toml", "-o", "out"] }
+    }
+
+    /// Slats whose data take some seconds.
+    fn generate() -> Self {
+        let slats = "width=25mm,spacing=20mm,angle=30,reflectance=0.5";
+        let arguments =
+            vec!["bsdf", "generate", "--venetian", slats, "--basis", "half", "-c", "4000", "--method", "paths", "-o", "out/blind.xml"];
+        Self { name: "bsdf generate", folder: tempfile::tempdir().unwrap(), arguments }
+    }
+
+    /// Pictures of 400 hours from a view matrix.
+    fn multiply() -> Self {
+        use lucarne::matrix::Matrix;
+        use lucarne::matrix::file::{Format, write_matrix};
+        let folder = tempfile::tempdir().unwrap();
+        let (pixels, bins, hours) = (160 * 120, 60, 400);
+        let values = |n: usize| (0..n).map(|i| ((i * 7919) % 1013) as f32 / 1013.0).collect::<Vec<f32>>();
+        let view = Matrix::from_data(pixels, bins, 3, values(pixels * bins * 3)).unwrap();
+        let sky = Matrix::from_data(bins, hours, 3, values(bins * hours * 3)).unwrap();
+        let header = ["RESOLUTION=-Y 120 +X 160".to_string(), "VIEW= -vtv -vh 40 -vv 30".to_string()];
+        write_matrix(Some(&folder.path().join("V.mtx")), &view, Format::Float, &header).unwrap();
+        write_matrix(Some(&folder.path().join("S.mtx")), &sky, Format::Float, &[]).unwrap();
+        let arguments = vec!["multiply", "V.mtx", "S.mtx", "-o", "out/img_%04d.hdr", "--memory", "24M", "--device", "native"];
+        Self { name: "multiply", folder, arguments }
+    }
+
+    /// Pictures whose glare goes into a table.
+    fn glare() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let names: Vec<String> = (0..40).map(|n| format!("p{n:02}.hdr")).collect();
+        for (n, name) in names.iter().enumerate() {
+            let pixel = |i: usize| if (i * 31 + n) % 997 < 3 { [60.0; 3] } else { [2.0 + ((i + n) % 7) as f32; 3] };
+            let mut picture = lucarne::image::Picture::new(300, 300, (0..90_000).map(pixel).collect()).unwrap();
+            picture.view = Some("-vta -vh 180 -vv 180".into());
+            lucarne::image::hdr::write(&folder.path().join(name), &picture).unwrap();
+        }
+        let mut arguments = vec!["glare", "-d", "-o", "out/glare.csv"];
+        arguments.extend(names.into_iter().map(|name| &*name.leak()));
+        Self { name: "glare", folder, arguments }
+    }
+
+    fn command(&self) -> std::process::Command {
+        fs::create_dir_all(self.folder.path().join("out")).unwrap();
+        lucarne(self.folder.path(), &self.arguments)
+    }
+
+    fn finish(&self) -> std::time::Duration {
+        let start = std::time::Instant::now();
+        let output = self.command().output().unwrap();
+        assert!(output.status.success(), "{}: {}", self.name, text(&output));
+        start.elapsed()
+    }
+
+    /// Kills it at random moments, and lets it go on each time or after some of them. Returns the most seconds of work
+    /// that a kill cost.
+    fn killed(&self, kills: usize) -> f64 {
+        let length = self.finish();
+        let whole = timeless(results(self.folder.path()));
+        let out = self.folder.path().join("out");
+        fs::remove_dir_all(&out).unwrap();
+        // A Weyl sequence: moments all over the run, in no order.
+        let (mut moment, mut lost, mut spent) = (0.37f64, 0.0f64, 0.0f64);
+        for number in 0..kills {
+            moment = (moment + 0.618_034) % 1.0;
+            let start = std::time::Instant::now();
+            let mut child = self.command().stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+            std::thread::sleep(length.mul_f64(moment));
+            let signal = ["-KILL", "-TERM", "-INT"][number % 3];
+            // It may have ended already.
+            let _ = Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+            let code = child.wait().unwrap().code();
+            assert!([None, Some(0), Some(4)].contains(&code), "{}, {signal}: {code:?}", self.name);
+            spent += start.elapsed().as_secs_f64();
+            if number % 4 == 3 || number + 1 == kills {
+                spent += self.finish().as_secs_f64();
+                // What all of them together cost, shared evenly.
+                lost = lost.max((spent - length.as_secs_f64()) / (number % 4 + 1) as f64);
+                spent = 0.0;
+                let now = timeless(results(self.folder.path()));
+                assert!(now.keys().eq(whole.keys()), "{}, {signal}: {:?}", self.name, now.keys());
+                whole.iter().for_each(|(file, bytes)| assert!(now[file] == *bytes, "{}, {signal}: {} differs", self.name, file.display()));
+                fs::remove_dir_all(&out).unwrap();
+            }
+        }
+        lost
+    }
+}
+
+/// Random kills of each kind of work in a test; many more by `LUCARNE_KILLS`, of all together.
+const KILLS: usize = 4;
 
 #[test]
-fn runs_that_are_killed_end_in_the_same_results_and_leave_nothing_behind() {
+fn work_that_is_killed_ends_in_the_same_results_and_leaves_nothing_behind() {
+    if !testing::has_device(env!("CARGO_BIN_EXE_lucarne")) {
+        return;
+    }
+    let three = PROJECT.replace("shade = \"slat.rad\"\n", "").replace("\"draft\"", "\"standard\"");
+    let works = [
+        Work::project("run, five phases", &PROJECT.replace("\"draft\"", "\"standard\"")),
+        Work::project("run, three phases", &three),
+        Work::generate(),
+        Work::multiply(),
+        Work::glare(),
+    ];
+    let asked: Option<usize> = std::env::var("LUCARNE_KILLS").ok().and_then(|n| n.parse().ok());
+    let each = asked.map_or(KILLS, |all| all.div_ceil(works.len()));
+    let mut most = 0.0f64;
+    for work in &works {
+        let lost = work.killed(each);
+        println!("{}: {each} kills, at most {lost:.1} s lost by one", work.name);
+        most = most.max(lost);
+    }
+    assert!(most <= 30.0, "{most:.1} s of work lost");
+    if let Some(all) = asked.filter(|n| *n >= 200) {
+        let found = format!("{all} kills: no result differs, nothing is left behind, at most {most:.1} s of work lost by one");
+        testing::measured("kills", &found, "0 differ, 30 s");
+    }
+}
+
+/// Flips of each stored file in a test; more by `LUCARNE_SOAK`.
+const FLIPS: usize = 12;
+
+#[test]
+fn no_flipped_bit_of_a_stored_file_goes_unnoticed() {
     if !testing::has_device(env!("CARGO_BIN_EXE_lucarne")) {
         return;
     }
     let folder = project();
-    let project = PROJECT.replace("\"draft\"", "\"standard\"");
-    fs::write(folder.path().join("project.toml"), &project).unwrap();
-    let start = std::time::Instant::now();
-    let undisturbed = run(folder.path());
-    assert!(undisturbed.status.success(), "{}", text(&undisturbed));
-    let whole = timeless(results(folder.path()));
-    let length = start.elapsed();
-
-    let kills = std::env::var("LUCARNE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(KILLS);
-    let out = folder.path().join("out");
-    fs::remove_dir_all(&out).unwrap();
-    // A Weyl sequence: moments all over the run, in no order.
-    let mut moment = 0.37f64;
-    for number in 0..kills {
-        moment = (moment + 0.618_034) % 1.0;
-        let mut child = Command::new(env!("CARGO_BIN_EXE_lucarne"))
-            .args(["run", "project.toml", "-o", "out"])
-            .current_dir(folder.path())
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        std::thread::sleep(length.mul_f64(moment));
-        let signal = ["-KILL", "-TERM", "-INT"][number % 3];
-        // It may have ended already.
-        let _ = Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
-        let code = child.wait().unwrap().code();
-        assert!([None, Some(0), Some(4)].contains(&code), "{signal}: {code:?}");
-        if number % 4 == 3 {
-            let rest = run(folder.path());
-            assert!(rest.status.success(), "{}", text(&rest));
-            let now = timeless(results(folder.path()));
-            assert!(now.keys().eq(whole.keys()), "{signal}: {:?}", now.keys());
-            whole.iter().for_each(|(file, bytes)| assert!(now[file] == *bytes, "{signal}: {} differs", file.display()));
-            fs::remove_dir_all(&out).unwrap();
+    let first = run(folder.path());
+    assert!(first.status.success(), "{}", text(&first));
+    let whole = results(folder.path());
+    let sealed: Vec<&PathBuf> = whole.keys().filter(|f| lucarne::files::seal::is_whole(f)).collect();
+    // Tables and pictures for people are written anew by each run, and are never read by one.
+    let open = |f: &&PathBuf| !["csv", "png", "svg", "hdr", "rad"].iter().any(|e| f.extension().is_some_and(|own| own == *e));
+    assert_eq!(sealed, whole.keys().filter(open).collect::<Vec<_>>(), "files without a checksum");
+    let each = if std::env::var_os("LUCARNE_SOAK").is_some() { 2000usize.div_ceil(sealed.len()).max(100) } else { FLIPS };
+    let mut flips = 0;
+    for file in &sealed {
+        let bytes = fs::read(file).unwrap();
+        let own = header(&bytes).min(bytes.len());
+        for number in 0..each {
+            // Half of them in the header, where lengths and names stand.
+            let part = if number % 2 == 0 { 0..own } else { own..bytes.len() };
+            let at = part.start + (number * 7919 + 13) % part.len().max(1);
+            let Some(byte) = bytes.get(at) else { continue };
+            let mut changed = fs::File::options().write(true).open(file).unwrap();
+            let mut put = |byte: u8| {
+                std::io::Seek::seek(&mut changed, std::io::SeekFrom::Start(at as u64)).unwrap();
+                std::io::Write::write_all(&mut changed, &[byte]).unwrap();
+            };
+            put(byte ^ (1 << (number % 8)));
+            assert!(!lucarne::files::seal::is_whole(file), "{}, byte {at}", file.display());
+            put(*byte);
+            flips += 1;
         }
+        assert!(lucarne::files::seal::is_whole(file));
     }
-    let rest = run(folder.path());
-    assert!(rest.status.success(), "{}", text(&rest));
-    assert!(timeless(results(folder.path())) == whole);
+    if each > FLIPS {
+        testing::measured("flips", &format!("{flips} flipped bits in {} files: all noticed", sealed.len()), "0 unnoticed");
+    }
 }

@@ -21,13 +21,10 @@
 use super::{Block, Bsdf, KlemsMatrix};
 use crate::bins::AngleBasis;
 use crate::error::{Error, Result};
+use crate::limits::{GONIOPHOTOMETER_BYTES, GONIOPHOTOMETER_FILES};
 use crate::text;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
-
-/// Most files of a folder, and bytes of a file.
-const FILE_LIMIT: usize = 2000;
-const SIZE_LIMIT: u64 = 64 << 20;
 
 /// The 145 zones of Tregenza around the normal.
 pub fn incident_basis() -> AngleBasis {
@@ -70,16 +67,17 @@ pub fn read(path: &Path) -> Result<Bsdf> {
     let mut paths = vec![path.to_path_buf()];
     if path.is_dir() {
         let entries = std::fs::read_dir(path).map_err(|e| Error::io(path, &e))?;
-        paths = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file() && is_iea21(p)).take(FILE_LIMIT + 1).collect();
+        paths =
+            entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file() && is_iea21(p)).take(GONIOPHOTOMETER_FILES + 1).collect();
         paths.sort();
-        if paths.is_empty() || paths.len() > FILE_LIMIT {
+        if paths.is_empty() || paths.len() > GONIOPHOTOMETER_FILES {
             return Err(Error::new(format!("the folder has {} files with the header '#phi_1'", paths.len())).file(path));
         }
     }
     let mut parser = Parser::default();
     for file in &paths {
-        if std::fs::metadata(file).map_err(|e| Error::io(file, &e))?.len() > SIZE_LIMIT {
-            return Err(Error::new(format!("more than {} MiB", SIZE_LIMIT >> 20)).file(file));
+        if std::fs::metadata(file).map_err(|e| Error::io(file, &e))?.len() > GONIOPHOTOMETER_BYTES {
+            return Err(Error::new(format!("more than {} MiB", GONIOPHOTOMETER_BYTES >> 20)).file(file));
         }
         parser.file(file, &text::read(file, "a table of IEA Task 21")?)?;
     }

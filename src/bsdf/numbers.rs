@@ -1,9 +1,7 @@
 //! The number list of a matrix's `ScatteringData`, read piece by piece.
 
 use crate::error::{Error, Result};
-
-/// Longest run of characters taken for one number.
-pub(super) const WORD_LIMIT: usize = 64;
+use crate::limits::NUMBER_CHARACTERS;
 
 /// Collects numbers separated by blanks, commas or semicolons from pieces of text.
 ///
@@ -37,7 +35,7 @@ impl NumberList {
                 self.end_word().map_err(|e| e.line(line))?;
                 continue;
             }
-            if self.word.len() >= WORD_LIMIT {
+            if self.word.len() >= NUMBER_CHARACTERS {
                 // Either commas alone separate the numbers, or this is no number.
                 let last = self.word.rfind(',').ok_or_else(|| not_a_number(&self.word).line(line))?;
                 let rest = self.word.split_off(last + 1);

@@ -10,17 +10,13 @@ mod embedded;
 
 use super::Bsdf;
 use crate::error::{Error, Result, Warnings};
+use crate::limits::{XML_JUNK, XML_MARKUP};
 use crate::text;
 use document::Document;
 use quick_xml::events::Event;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
-
-/// Longest tag, comment or processing instruction.
-const MARKUP_LIMIT: usize = 1 << 20;
-/// Most text before the first element (`Recover using: …` of genBSDF).
-const JUNK_LIMIT: usize = 1 << 20;
 
 /// Reads a BSDF file, or what `model.hbjson#modifier` names in a Honeybee model.
 ///
@@ -97,7 +93,7 @@ fn skip_junk(stream: &mut impl Read) -> Result<(usize, Vec<u8>)> {
             head.drain(..start);
             return Ok((line, head));
         }
-        if head.len() == before || head.len() > JUNK_LIMIT {
+        if head.len() == before || head.len() > XML_JUNK {
             return Err(Error::new("this is not a BSDF file: no <?xml or <WindowElement> at its beginning")
                 .help("give the XML file of WINDOW, genBSDF or wrapBSDF"));
         }
@@ -125,8 +121,8 @@ impl<R: Read> Read for Source<R> {
 
 impl<R: Read> BufRead for Source<R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.taken > MARKUP_LIMIT {
-            return Err(io::Error::other(format!("a tag or comment longer than {MARKUP_LIMIT} bytes")));
+        if self.taken > XML_MARKUP {
+            return Err(io::Error::other(format!("a tag or comment longer than {XML_MARKUP} bytes")));
         }
         self.inner.fill_buf()
     }

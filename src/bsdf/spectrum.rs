@@ -9,6 +9,7 @@ mod tables;
 
 use super::transmission::xyz_to_rgb;
 use crate::error::{Error, Result};
+use crate::limits::GLASS_BYTES;
 use crate::text;
 use serde_json::Value;
 use std::path::Path;
@@ -152,9 +153,6 @@ pub(crate) struct MeasuredPane {
     pub spectrum: Spectrum,
 }
 
-/// Largest file that is read.
-const SIZE_LIMIT: u64 = 16 << 20;
-
 /// Reads a spectral data file: the text format of Optics (LBNL, the IGDB's), or the JSON of the
 /// IGSDB (versions 1 and 2).
 ///
@@ -162,7 +160,7 @@ const SIZE_LIMIT: u64 = 16 << 20;
 /// File and line of what is wrong.
 pub(crate) fn read_pane(path: &Path) -> Result<MeasuredPane> {
     let size = std::fs::metadata(path).map_err(|e| Error::io(path, &e))?.len();
-    if size > SIZE_LIMIT {
+    if size > GLASS_BYTES {
         return Err(Error::new(format!("{} MiB are too much for the spectrum of a pane", size >> 20)).file(path));
     }
     let text = text::read(path, "the spectrum of a pane")?;

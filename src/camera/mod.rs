@@ -8,9 +8,9 @@
 mod parse;
 mod raster;
 
+pub(crate) use raster::PixelSamples;
 pub use raster::Raster;
 pub(crate) use raster::triangle_solid_angle;
-pub(crate) use raster::{MAX_SIDE, PixelSamples};
 
 use crate::error::{Error, Result};
 use glam::{DVec2, DVec3};

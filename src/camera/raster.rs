@@ -2,10 +2,8 @@
 
 use super::{Camera, Ray};
 use crate::error::{Error, Result};
+use crate::limits::PICTURE_SIDE;
 use glam::{DVec2, DVec3};
-
-/// Largest number of pixels along one side.
-pub(crate) const MAX_SIDE: usize = 1 << 16;
 
 /// The pixels of a picture: column 0 on the left, row 0 on **top**, as in
 /// [`crate::image::Picture`].
@@ -22,10 +20,10 @@ impl Raster {
     /// # Errors
     /// If the size is zero or absurd.
     pub fn new(camera: Camera, width: usize, height: usize) -> Result<Self> {
-        if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
+        if width == 0 || height == 0 || width > PICTURE_SIDE || height > PICTURE_SIDE {
             return Err(Error::new(format!("a picture of {width} × {height} pixels is not possible"))
                 .field("-x, -y")
-                .help(format!("give sizes between 1 and {MAX_SIDE}")));
+                .help(format!("give sizes between 1 and {PICTURE_SIDE}")));
         }
         Ok(Self { camera, width, height })
     }

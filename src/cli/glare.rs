@@ -1,8 +1,13 @@
 //! `lucarne glare`: discomfort glare of pictures, as CSV.
 
+mod kept;
+
+use super::progress;
 use super::view::ViewOptions;
 use clap::ValueEnum;
+use kept::{Kept, Lines};
 use lucarne::camera::{Raster, View};
+use lucarne::files;
 use lucarne::glare::statistics::{Part, Statistics};
 use lucarne::glare::{
     self, Analyser, Background, Convention, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, TaskArea, Threshold,
@@ -96,6 +101,9 @@ pub struct Args {
     /// degrees (without a number, of the sun: 0.533), before the analysis, as a camera or the eye does.
     #[arg(long, value_name = "DEGREES", num_args = 0..=1, require_equals = true)]
     peak_veil: Option<Option<f64>>,
+    /// Write the tables into a file; the same command, run again after it was stopped, goes on where it was.
+    #[arg(short = 'o', long = "output", value_name = "FILE.csv")]
+    output: Option<PathBuf>,
     #[command(flatten)]
     view: ViewOptions,
 }
@@ -163,53 +171,86 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         return Err(Error::new("a check picture can be written of one picture only").field("-c").help("give one picture, or leave out -c"));
     }
     let views = Mutex::new(HashMap::new());
-    // Nothing is printed if the only picture is at fault.
-    let mut header = if args.illuminance_only { String::new() } else { format!("{HEADER}\n") };
-    let (mut sources, mut parts) = (String::new(), String::new());
-    let mut failed = 0;
+    let kept = args.output.as_deref().map(|path| Kept::open(path));
+    let header = if args.illuminance_only { String::new() } else { format!("{HEADER}\n") };
+    let mut all = Lines::default();
     // A few pictures at a time bound the memory; results come in the order of the arguments.
     for some in jobs.chunks(2 * rayon::current_num_threads()) {
-        let results: Vec<(Result<(Glare, Vec<Measured>)>, Warnings)> = some
-            .par_iter()
-            .map(|job| {
-                let mut warnings = Warnings::new();
-                (analyse(job, &args, &settings, &views, &mut warnings).map_err(|e| e.file(job.name())), warnings)
-            })
-            .collect();
-        for (job, (result, noted)) in some.iter().zip(results) {
-            noted.iter().for_each(|w| warnings.push(w.clone()));
-            match result {
-                Ok((glare, _)) if args.illuminance_only => print(&format!("{:.6}\n", glare.vertical_illuminance))?,
-                Ok((glare, measured)) => {
-                    if glare.vertical_illuminance < 380.0 || glare.indices.dgp < 0.2 {
-                        warnings.push(
-                            Error::new("some pictures have less than 380 lx at the eye or a DGP below 0.2, for which DGP was not made")
-                                .help("judge such scenes by contrast measures, or add -C l+"),
-                        );
-                    }
-                    let name = quoted(&job.name());
-                    print(&(std::mem::take(&mut header) + &picture_line(&name, &glare)))?;
-                    source_lines(&name, &glare, &settings, &mut sources);
-                    measured.iter().for_each(|m| part_line(&name, m, &mut parts));
+        let earlier = kept.as_ref().map(|kept| kept.known(some)).transpose()?.flatten();
+        let lines = match earlier {
+            Some(lines) => lines,
+            None => {
+                if args.output.is_some() && progress::stop_asked() {
+                    return Err(lucarne::progress::cancelled());
                 }
-                Err(error) if jobs.len() == 1 => return Err(error),
-                Err(error) => {
-                    failed += 1;
-                    eprintln!("lucarne: error: {error}");
+                let lines = lines(some, jobs.len() == 1, &args, &settings, &views, warnings)?;
+                kept.as_ref().map_or(Ok(()), |kept| kept.add(some, &lines))?;
+                lines
+            }
+        };
+        // Nothing is printed if the only picture is at fault.
+        if kept.is_none() && !lines.table.is_empty() {
+            let first = if all.table.is_empty() { header.as_str() } else { "" };
+            print(&format!("{first}{}", lines.table))?;
+        }
+        all.append(lines);
+    }
+    let mut rest = String::new();
+    if args.detail {
+        rest += &format!("\n{SOURCE_HEADER}\n{}", all.sources);
+    }
+    if !all.parts.is_empty() {
+        rest += &format!("\n{PART_HEADER}\n{}", all.parts);
+    }
+    match (&args.output, kept) {
+        (Some(path), Some(kept)) => {
+            files::write_atomically(path, |out| {
+                [header.as_str(), &all.table, &rest].iter().try_for_each(|t| out.write_all(t.as_bytes())).map_err(|e| Error::io(path, &e))
+            })?;
+            kept.finish();
+        }
+        _ => print(&rest)?,
+    }
+    if all.failed > 0 {
+        return Err(Error::new(format!("{} of {} pictures could not be analysed", all.failed, jobs.len())));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Analyses some pictures. A fault of one that is not alone is told, and counted.
+fn lines(some: &[Job], alone: bool, args: &Args, settings: &Settings, views: &Views, warnings: &mut Warnings) -> Result<Lines> {
+    let results: Vec<(Result<(Glare, Vec<Measured>)>, Warnings)> = some
+        .par_iter()
+        .map(|job| {
+            let mut warnings = Warnings::new();
+            (analyse(job, args, settings, views, &mut warnings).map_err(|e| e.file(job.name())), warnings)
+        })
+        .collect();
+    let mut lines = Lines::default();
+    for (job, (result, noted)) in some.iter().zip(results) {
+        noted.iter().for_each(|w| warnings.push(w.clone()));
+        match result {
+            Ok((glare, _)) if args.illuminance_only => lines.table += &format!("{:.6}\n", glare.vertical_illuminance),
+            Ok((glare, measured)) => {
+                if glare.vertical_illuminance < 380.0 || glare.indices.dgp < 0.2 {
+                    warnings.push(
+                        Error::new("some pictures have less than 380 lx at the eye or a DGP below 0.2, for which DGP was not made")
+                            .help("judge such scenes by contrast measures, or add -C l+"),
+                    );
                 }
+                let name = quoted(&job.name());
+                lines.table += &picture_line(&name, &glare);
+                source_lines(&name, &glare, settings, &mut lines.sources);
+                measured.iter().for_each(|m| part_line(&name, m, &mut lines.parts));
+            }
+            Err(error) if alone => return Err(error),
+            Err(error) => {
+                lines.failed += 1;
+                eprintln!("lucarne: error: {error}");
             }
         }
     }
-    if args.detail {
-        print(&format!("\n{SOURCE_HEADER}\n{sources}"))?;
-    }
-    if !parts.is_empty() {
-        print(&format!("\n{PART_HEADER}\n{parts}"))?;
-    }
-    if failed > 0 {
-        return Err(Error::new(format!("{failed} of {} pictures could not be analysed", jobs.len())));
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(lines)
 }
 
 /// Writes to standard output, which may be closed.

@@ -94,7 +94,7 @@ impl Job<'_> {
         self.compute(&mut |rows| {
             bytes.clear();
             bytes.extend(rows.values.iter().flat_map(|v| v.to_le_bytes()));
-            out.write_all(&bytes).map_err(|e| Error::new(e.to_string()))
+            out.write_all(&bytes).map_err(|e| Error::stream(&e))
         })
     }
 

@@ -5,14 +5,17 @@ mod bsdf;
 mod devices;
 mod falsecolor;
 mod glare;
+mod keys;
 mod matrix;
 mod matrix_args;
 mod matrix_coefficients;
 mod matrix_picture;
 mod matrix_sun;
 mod multiply;
+pub mod output;
 mod plan;
 mod progress;
+mod report;
 mod run;
 mod scene;
 mod sky;
@@ -22,7 +25,7 @@ mod viewer;
 
 use clap::{Parser, Subcommand};
 use lucarne::simulate::Project;
-use lucarne::{Error, Result, Warnings};
+use lucarne::{Error, ErrorKind, Result, Warnings};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -30,6 +33,10 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "lucarne", version, about, propagate_version = true, after_help = progress::EXIT_CODES, allow_negative_numbers = true)]
 struct Cli {
+    /// How progress is shown on standard error
+    #[arg(long, global = true, value_enum, value_name = "HOW", default_value = "auto")]
+    progress: progress::Shown,
+
     #[command(subcommand)]
     verb: Verb,
 }
@@ -52,10 +59,14 @@ enum Verb {
     Glare(glare::Args),
     /// GPU devices of this machine, the preferred one first.
     Devices(devices::Args),
+    /// All keys of a project file, with their values and defaults.
+    Keys(keys::Args),
     /// What a run of a project will do, and what it leaves out.
     Plan(plan::Args),
     /// A whole project: a year of illuminance from a project.toml.
     Run(run::Args),
+    /// A page of results to read, print and send: plan, heat maps, glare, errors.
+    Report(report::Args),
     /// Error against time: which settings of a project are worth their time.
     Tradeoff(tradeoff::Args),
     /// Look at results, BSDFs and pictures in a window.
@@ -65,6 +76,7 @@ enum Verb {
 pub fn main() -> ExitCode {
     let arguments = radiance_style_arguments(std::env::args_os());
     let cli = Cli::parse_from(arguments);
+    progress::show_as(cli.progress);
     let mut warnings = Warnings::new();
     let result: Result<ExitCode> = match cli.verb {
         Verb::Bsdf(args) => bsdf::run(args, &mut warnings),
@@ -75,14 +87,18 @@ pub fn main() -> ExitCode {
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
         Verb::Plan(args) => plan::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
+        Verb::Report(args) => report::run(args, &mut warnings),
         Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),
+        Verb::Keys(args) => keys::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),
         Verb::View(args) => viewer::run(args),
     };
     show(&mut warnings);
     match result {
         Ok(code) => code,
+        // Who read the output has had enough of it (`| head`).
+        Err(error) if error.kind() == ErrorKind::Closed => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("lucarne: error: {error}");
             progress::failure(&error)

@@ -1,7 +1,10 @@
 //! `lucarne multiply`: products of matrices, and pictures of many hours.
 
+mod finished;
+
 use super::progress::Terminal;
 use clap::ArgAction;
+use finished::Finished;
 use lucarne::bsdf::{self, transmission_matrix};
 use lucarne::image::exr;
 use lucarne::image::series::Pattern;
@@ -45,9 +48,9 @@ pub struct Args {
     #[arg(long, value_name = "LIST")]
     hours: Option<String>,
 
-    /// Memory for pictures and their matrices, for instance 512M or 4G
-    #[arg(long, value_name = "SIZE", default_value = "2G")]
-    memory: String,
+    /// Memory for pictures and their matrices, for instance 512M or 4G (default: 2G, or half of what is free if that is less)
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<String>,
 
     /// Width of the pictures, if V's header does not tell
     #[arg(short = 'x', value_name = "PIXELS", requires = "height")]
@@ -166,7 +169,8 @@ fn pictures(args: &Args, output: &str, hours: Option<Vec<usize>>, warnings: &mut
     if (args.half || args.luminance) && matches!(output, Output::Hdr(_)) {
         return Err(Error::new("Radiance pictures have no such variant").field("--half, --luminance").help("write -o img_%04d.exr"));
     }
-    let memory = parse_memory(&args.memory)?;
+    let half = || lucarne::gpu::available().map_or(u64::MAX, |free| free / 2);
+    let memory = args.memory.as_deref().map_or_else(|| Ok((2 << 30).min(half())), parse_memory)?;
     let multiplier = product::choose(args.device.as_deref())?;
     let (name, others) = args.factors.split_first().expect("clap demands a factor");
     let mut view = PictureView::open(name, args.width.zip(args.height).map(|(w, h)| [w, h]))?;
@@ -174,8 +178,25 @@ fn pictures(args: &Args, output: &str, hours: Option<Vec<usize>>, warnings: &mut
     let (hours, coefficients) = coefficients(&*multiplier, &view, factors, hours)?;
     let progress = Terminal::new();
     let header = [super::sky::command_line()];
-    let request = Request { coefficients: &coefficients, hours: &hours, output: &output, header: &header, memory, addition: None };
+    let finished = Finished::of(args, &output, &header)?;
+    let open: Vec<usize> = (0..hours.len()).filter(|&i| !finished.as_ref().is_some_and(|f| f.has(hours[i]))).collect();
+    if open.len() < hours.len() {
+        eprintln!("going on after {} of {} pictures", hours.len() - open.len(), hours.len());
+    }
+    let numbers: Vec<usize> = open.iter().map(|&i| hours[i]).collect();
+    let request = Request {
+        coefficients: &select_columns(&coefficients, &open),
+        hours: &numbers,
+        output: &output,
+        header: &header,
+        memory,
+        addition: None,
+        finished: Some(&|numbers| finished.as_ref().map_or(Ok(()), |f| f.add(numbers))),
+    };
     write_pictures(&*multiplier, &mut view, &request, &progress, warnings)?;
+    if let Some(finished) = finished {
+        finished.end();
+    }
     progress.finish();
     println!("{} pictures of {} × {} pixels by the {}", hours.len(), view.width, view.height, multiplier.description());
     Ok(())
@@ -226,7 +247,7 @@ fn parse_hours(text: &str) -> Result<Vec<usize>> {
 }
 
 /// `512M`, `4G`, `1.5G`: bytes.
-fn parse_memory(text: &str) -> Result<u64> {
+pub(super) fn parse_memory(text: &str) -> Result<u64> {
     let upper = text.trim().to_uppercase();
     let bare = upper.trim_end_matches("IB").trim_end_matches('B');
     let scale = match bare.chars().last() {

@@ -34,12 +34,20 @@ pub struct Args {
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
 
+    /// Memory that matrices and tables may take at a time, as 512M or 4G: less makes smaller tiles, and changes no result
+    /// (default: half of what is free)
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<String>,
+
     /// Model also what `lucarne plan` would leave out: a check that it changes nothing
     #[arg(long)]
     no_prune: bool,
 }
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
+    if let Some(memory) = &args.memory {
+        lucarne::gpu::allow_memory(super::multiply::parse_memory(memory)?);
+    }
     // All files first: a slip in one of them should not wait for a device, nor a doubt for the results.
     let (device, terminal) = (|| Device::open(args.device.as_deref()), Terminal::new());
     if let [file] = &args.projects[..] {
@@ -113,6 +121,9 @@ fn report(output: &Path, summary: &Summary) {
             100.0 * e.annual_median,
             100.0 * e.hourly_median
         );
+    }
+    for window in summary.windows.iter().filter(|w| w.parts.is_doubtful()) {
+        println!("window {}: {}", window.name, window.parts.because);
     }
     let rate = summary.rays_per_second.map(|r| format!(", {:.1} million rays/s", r / 1e6)).unwrap_or_default();
     println!("{:.1} s on {}{rate}", summary.seconds.total, summary.device.name);

@@ -220,7 +220,7 @@ pub(super) fn write_without_header(path: Option<&Path>, matrix: &Matrix<f32>, fo
         Some(path) => files::write_atomically(path, write).map_err(|e| e.file(path)),
         None => {
             let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-            write(&mut out).and_then(|()| out.flush().map_err(|e| Error::new(e.to_string()))).map_err(|e| e.file("standard output"))
+            write(&mut out).and_then(|()| out.flush().map_err(|e| Error::io("standard output", &e))).map_err(|e| e.file("standard output"))
         }
     }
 }

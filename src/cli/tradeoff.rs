@@ -10,7 +10,7 @@ use lucarne::{Error, Result, Warnings};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Sweeps samples, bounces, basis, sky, picture size and method of a project; writes error against
+/// Sweeps samples, bounces, basis, parts of windows, sky, picture size and method of a project; writes error against
 /// time, the front of the best settings, and one that is recommended.
 ///
 /// Where Radiance's rfluxmtx is found on PATH, its error and time are measured beside, on the same
@@ -24,7 +24,7 @@ pub struct Args {
     #[arg(short = 'o', value_name = "FOLDER", default_value = "tradeoff")]
     output: PathBuf,
 
-    /// Only these: samples, bounces, basis, sky, picture, method (default: all that make sense)
+    /// Only these: samples, bounces, basis, parts, sky, picture, method (default: all that make sense)
     #[arg(long, value_name = "KNOB,…", value_delimiter = ',')]
     only: Vec<String>,
 
@@ -37,7 +37,7 @@ pub struct Args {
     device: Option<String>,
 }
 
-const FAMILIES: [&str; 6] = ["samples", "bounces", "basis", "sky", "picture", "method"];
+const FAMILIES: [&str; 7] = ["samples", "bounces", "basis", "parts", "sky", "picture", "method"];
 
 pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
     if let Some(unknown) = args.only.iter().find(|k| !FAMILIES.contains(&k.as_str())) {

@@ -1,5 +1,6 @@
 //! Writing files so that nothing half-written is ever left behind.
 
+pub mod journal;
 mod leftover;
 pub mod seal;
 
@@ -47,7 +48,9 @@ impl AtomicFile {
     pub fn create(path: &Path, buffer: usize) -> Result<Self> {
         let partial = leftover::partial_path(path);
         leftover::remove_once(partial.parent().unwrap_or(Path::new("")));
-        let file = File::create(&partial).map_err(|e| Error::io(path, &e))?;
+        // A file of its own: what a link of this name leads to is not written into.
+        let _ = std::fs::remove_file(&partial);
+        let file = File::create_new(&partial).map_err(|e| Error::io(path, &e))?;
         // Held until it is complete: what nobody holds is left over. A file system without locks has none.
         let _ = file.try_lock();
         Ok(Self { path: path.to_path_buf(), partial, out: Some(BufWriter::with_capacity(buffer, file)) })

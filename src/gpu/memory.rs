@@ -2,9 +2,42 @@
 
 use super::Device;
 use crate::error::{Error, Result};
+use std::sync::OnceLock;
 
 /// Memory that a computation may use unless its caller says otherwise, bytes.
 pub(crate) const DEFAULT_MEMORY: u64 = 1 << 30;
+
+/// What all computations of the process may use at most, bytes.
+static ALLOWED: OnceLock<u64> = OnceLock::new();
+
+/// Sets how much memory the matrices and tables of a computation may take together, bytes: work is cut into
+/// smaller tiles, which changes no result. Only the first call counts, before anything is computed. Left out, it is
+/// half of what the machine, or the process' control group, has to give.
+pub fn allow_memory(bytes: u64) {
+    let _ = ALLOWED.set(bytes);
+}
+
+/// As much of this memory as the process may use.
+pub(crate) fn allowed(memory: u64) -> u64 {
+    memory.min(*ALLOWED.get_or_init(|| available().map_or(u64::MAX, |bytes| (bytes / 2).max(LEAST))))
+}
+
+/// Less is not worth trying, bytes.
+const LEAST: u64 = 1 << 27;
+
+/// Memory that is free now, by the system and the limits of the process' control group; nothing if neither tells.
+pub fn available() -> Option<u64> {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let number = |text: String| text.trim().parse::<u64>().ok();
+    let machine = read("/proc/meminfo").and_then(|text| {
+        let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?.trim().strip_suffix("kB")?.trim().to_string();
+        number(line).map(|kib| kib << 10)
+    });
+    let group = read("/sys/fs/cgroup/memory.max").and_then(number);
+    let used = read("/sys/fs/cgroup/memory.current").and_then(number).unwrap_or(0);
+    let group = group.map(|most| most.saturating_sub(used));
+    [machine, group].into_iter().flatten().min()
+}
 
 /// Rows of work cut into equal chunks (the last may be shorter).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +65,7 @@ impl Plan {
     /// If not even `alignment` rows fit.
     pub fn new(device: &Device, memory: u64, rows: usize, bytes_per_row: &[u64], fixed_bytes: &[u64], alignment: usize) -> Result<Self> {
         let limit = device.limits().max_storage_buffer_binding_size.min(device.limits().max_buffer_size);
-        Self::within(limit, memory, rows, bytes_per_row, fixed_bytes, alignment)
+        Self::within(limit, allowed(memory), rows, bytes_per_row, fixed_bytes, alignment)
     }
 
     /// As [`new`](Self::new) with an explicit limit per binding, bytes.

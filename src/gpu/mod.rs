@@ -32,9 +32,9 @@ pub(crate) use buffer::check_finite;
 pub use device::{AdapterSummary, Device, DeviceKind, NO_DEVICE_HELP, list};
 pub(crate) use kernel::{BindGroup, Kernel};
 pub use link::{Linked, link};
-pub use memory::Chunk;
-pub(crate) use memory::DEFAULT_MEMORY;
 pub use memory::Plan;
+pub use memory::{Chunk, allow_memory, available};
+pub(crate) use memory::{DEFAULT_MEMORY, allowed};
 pub use shader::{Declared, Member, Number, Shader};
 #[doc(hidden)]
 pub use shader::{Layout, wgsl_constant, wgsl_struct};

@@ -15,6 +15,11 @@ pub mod files {
     #![doc = include_str!("files.md")]
 }
 
+/// All keys of a project file.
+pub mod keys {
+    #![doc = include_str!("keys.md")]
+}
+
 /// The five-phase method: accurate suns.
 pub mod five_phases {
     #![doc = include_str!("five_phases.md")]
@@ -38,6 +43,11 @@ pub mod bsdf {
 /// How errors are computed, and accuracy against time.
 pub mod accuracy {
     #![doc = include_str!("accuracy.md")]
+}
+
+/// A page of results to read, print and send.
+pub mod report {
+    #![doc = include_str!("report.md")]
 }
 
 /// The viewer.

@@ -4,10 +4,9 @@ use super::font::{self, Contour};
 use super::palette::{Color, WHITE};
 use crate::error::{Error, Result};
 use crate::files;
+use crate::limits::PIXELS;
 use std::path::Path;
 
-/// Largest canvas, pixels.
-const MAX_PIXELS: usize = super::hdr::MAX_PIXELS;
 /// Lines of samples per row of pixels when filling polygons; within a line, coverage is exact.
 const SAMPLE_LINES: usize = 8;
 
@@ -26,7 +25,7 @@ impl Canvas {
     /// # Errors
     /// If it has no pixels or too many.
     pub(crate) fn new(width: usize, height: usize) -> Result<Self> {
-        if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > MAX_PIXELS) {
+        if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > PIXELS) {
             return Err(Error::new(format!("cannot draw a picture of {width} × {height} pixels")));
         }
         Ok(Self { width, height, pixels: vec![WHITE; width * height] })

@@ -199,7 +199,7 @@ impl Carpet<'_> {
                 for class in classes {
                     let count = self.values.iter().filter(|v| **v >= below && **v < class.limit).count() as f64;
                     below = class.limit;
-                    let share = if self.shares { format!("  {:.1} %", count / counted * 100.0) } else { String::new() };
+                    let share = if self.shares { format!(": {:.1} %", count / counted * 100.0) } else { String::new() };
                     list.classes.insert(0, (format!("{}{share}", class.name), class.color));
                 }
             }
@@ -339,7 +339,7 @@ mod tests {
             .collect();
         let plot = carpet(&values, coloring);
         let names: Vec<String> = plot.legend().list.classes.into_iter().map(|c| c.0).collect();
-        assert_eq!(names, ["d  0.0 %", "c  50.0 %", "b  0.0 %", "a  50.0 %", "night"]);
+        assert_eq!(names, ["d: 0.0 %", "c: 50.0 %", "b: 0.0 %", "a: 50.0 %", "night"]);
         plot.draw().unwrap().svg().unwrap();
         assert!(Coloring::classes(&[1.0], &["a"], Palette::Hot).is_err());
         assert!(Coloring::classes(&[2.0, 1.0], &["a", "b", "c"], Palette::Hot).is_err());

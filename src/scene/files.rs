@@ -59,8 +59,30 @@ pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Re
 /// # Errors
 /// As [`read_scene`].
 pub fn read_scene_with(files: &[PathBuf], base: &Path, options: &gltf::Options, warnings: &mut Warnings) -> Result<Scene> {
+    read(files, base, options, false, warnings).map(|(scene, _)| scene)
+}
+
+/// As [`read_scene`], with surfaces of scattering data, which else are an error.
+///
+/// # Errors
+/// As [`read_scene`].
+pub(crate) fn read_scene_and_scattering(
+    files: &[PathBuf],
+    base: &Path,
+    warnings: &mut Warnings,
+) -> Result<(Scene, Vec<rad::ScatteringData>)> {
+    read(files, base, &gltf::Options::default(), true, warnings)
+}
+
+fn read(
+    files: &[PathBuf],
+    base: &Path,
+    options: &gltf::Options,
+    scattering: bool,
+    warnings: &mut Warnings,
+) -> Result<(Scene, Vec<rad::ScatteringData>)> {
     let (radiance, others): (Vec<PathBuf>, Vec<PathBuf>) = files.iter().cloned().partition(|f| Format::of(f) == Format::Radiance);
-    let (mut scene, mut definitions) = rad::read_scene_and_definitions(&radiance, base, warnings)?;
+    let rad::Read { mut scene, mut definitions, scattering } = rad::read_scene_and_definitions(&radiance, base, scattering, warnings)?;
     for file in others.iter().map(|f| base.join(f)) {
         match Format::of(&file) {
             Format::Obj => obj::read_scene(&file, &mut definitions, &mut scene, warnings)?,
@@ -68,7 +90,7 @@ pub fn read_scene_with(files: &[PathBuf], base: &Path, options: &gltf::Options, 
             _ => append(&mut scene, gltf::read(&file, options, warnings)?.scene),
         }
     }
-    Ok(scene)
+    Ok((scene, scattering))
 }
 
 /// Joins what another file holds.

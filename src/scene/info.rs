@@ -79,7 +79,10 @@ impl SceneInfo {
     /// # Errors
     /// As [`files::read_scene`].
     pub fn read(paths: &[PathBuf], warnings: &mut Warnings) -> Result<Self> {
-        let scene = files::read_scene(paths, Path::new(""), warnings)?;
+        let (mut scene, scattering) = files::read_scene_and_scattering(paths, Path::new(""), warnings)?;
+        for data in &scattering {
+            scene.materials[data.material.0 as usize].name = format!("{} (BSDF {})", data.modifier, data.file.display());
+        }
         let (mut windows, mut sensors, mut views) = (Vec::new(), Vec::new(), Vec::new());
         let mut unit_is_known = false;
         for file in paths {

@@ -9,6 +9,7 @@ pub mod grid;
 pub mod honeybee;
 pub mod info;
 pub mod obj;
+pub mod outline;
 pub(crate) mod pane;
 pub mod points;
 pub(crate) mod polygon;
@@ -16,9 +17,10 @@ pub mod rad;
 pub(crate) mod shapes;
 pub mod windows;
 
-pub(crate) use files::{Format, read_model_view, split_part};
+pub(crate) use files::{Format, read_model_view, read_scene_and_scattering, split_part};
 pub use files::{read_scene, read_scene_with, read_sensors, read_windows};
 pub use pane::{GlazedWindow, Pane};
+pub(crate) use rad::ScatteringData;
 
 use crate::bins::{AngleBasis, Frame};
 use glam::DVec3;
@@ -237,8 +239,8 @@ impl Window {
         [azimuth, round(out.z.clamp(-1.0, 1.0).asin().to_degrees())]
     }
 
-    /// Whether it is the same opening, whatever its name and basis.
+    /// Whether it is the same opening, or has the other as a part, whatever their names and bases.
     pub(crate) fn is_in_place_of(&self, other: &Self) -> bool {
-        self.triangles == other.triangles
+        self.triangles == other.triangles || self.has_as_part(other)
     }
 }

@@ -22,6 +22,7 @@ mod covering;
 pub(crate) mod found;
 mod openings;
 mod panes;
+pub(crate) mod parts;
 
 use super::{SurfaceOrigin, Window};
 use crate::bins::{AngleBasis, Frame, KlemsBasis};
@@ -136,43 +137,45 @@ impl WindowBuilder {
     fn without_overlaps(&self, warnings: &mut Warnings) -> Vec<[DVec3; 3]> {
         let areas: Vec<f64> = self.surfaces.iter().map(|(_, t)| t.iter().map(|t| area_vector(t).length()).sum()).collect();
         let parallel = PARALLEL_DEG.to_radians().cos();
-        let mut kept: Vec<(usize, [DVec3; 3])> = Vec::new();
+        let neighbours = self.neighbours(&areas);
+        // By the number of the surface.
+        let mut kept: Vec<Vec<[DVec3; 3]>> = vec![Vec::new(); self.surfaces.len()];
         // By the numbers of the surfaces: area left out of the first because of the second, and how far behind it.
         let mut left_out: BTreeMap<(usize, usize), (f64, f64)> = BTreeMap::new();
         let all = self.surfaces.iter().enumerate().flat_map(|(i, (_, triangles))| triangles.iter().map(move |t| (i, *t)));
         for (number, triangle) in all {
             let mut parts = vec![triangle];
             // First what is in the place of others or behind them, then what others have behind this.
-            let mut hide = |cut: &mut Vec<(usize, [DVec3; 3])>, by: &(usize, [DVec3; 3]), nearest: f64| {
-                let Some(base) = Base::new(&by.1) else { return };
+            let mut hide = |cut: &mut Vec<[DVec3; 3]>, own: usize, (by, cover): (usize, &[DVec3; 3]), nearest: f64| {
+                let Some(base) = Base::new(cover) else { return };
+                let size = areas[own].min(areas[by]).sqrt();
                 *cut = std::mem::take(cut)
                     .into_iter()
-                    .flat_map(|(own, part)| {
-                        let size = areas[own].min(areas[by.0]).sqrt();
+                    .flat_map(|part| {
                         let found = base.overlap(&part, ONE_PANE * size).filter(|o| o.cosine > parallel && o.depth[1] <= nearest * size);
-                        let Some(found) = found else { return vec![(own, part)] };
-                        let (area, depth) = left_out.entry((own, by.0)).or_default();
+                        let Some(found) = found else { return vec![part] };
+                        let (area, depth) = left_out.entry((own, by)).or_default();
                         *area += found.area;
                         *depth = depth.max(-found.depth[0]);
-                        found.rest.into_iter().map(|t| (own, t)).collect()
+                        found.rest
                     })
                     .collect();
             };
-            for by in &kept {
-                if !can_meet(&triangle, &by.1, ONE_PANE * areas[number].min(areas[by.0]).sqrt()) {
-                    continue;
+            let near = |other: usize| ONE_PANE * areas[number].min(areas[other]).sqrt();
+            for &other in &neighbours[number] {
+                for by in kept[other].iter().filter(|by| can_meet(&triangle, by, near(other))) {
+                    hide(&mut parts, number, (other, by), IN_PLANE);
                 }
-                let mut own = parts.into_iter().map(|t| (number, t)).collect();
-                hide(&mut own, by, IN_PLANE);
-                parts = own.into_iter().map(|(_, t)| t).collect();
             }
             for part in &parts {
-                // Façades have thousands of openings apart from each other.
-                if kept.iter().any(|(own, other)| can_meet(part, other, ONE_PANE * areas[number].min(areas[*own]).sqrt())) {
-                    hide(&mut kept, &(number, *part), -IN_PLANE);
+                for &other in &neighbours[number] {
+                    // Façades have thousands of openings apart from each other.
+                    if kept[other].iter().any(|k| can_meet(part, k, near(other))) {
+                        hide(&mut kept[other], other, (number, part), -IN_PLANE);
+                    }
                 }
             }
-            kept.extend(parts.into_iter().map(|t| (number, t)));
+            kept[number].extend(parts);
         }
         for ((hidden, by), (area, depth)) in left_out {
             let ((first, _), (second, _)) = (&self.surfaces[hidden], &self.surfaces[by]);
@@ -191,7 +194,38 @@ impl WindowBuilder {
             let field = format!("window '{}'", self.name);
             warnings.push(Error::new(message).file(&first.file).line(first.line).field(field).help(help));
         }
-        kept.into_iter().map(|(_, triangle)| triangle).collect()
+        kept.into_iter().flatten().collect()
+    }
+
+    /// Of each surface those up to itself that may lie as near to it as panes of one window, in their order.
+    fn neighbours(&self, areas: &[f64]) -> Vec<Vec<usize>> {
+        let boxes: Vec<(DVec3, DVec3)> = self
+            .surfaces
+            .iter()
+            .zip(areas)
+            .map(|((_, triangles), area)| {
+                let (near, corners) = (ONE_PANE * area.sqrt(), triangles.as_flattened());
+                let limits = |low: DVec3, high: DVec3, c: &DVec3| (low.min(*c), high.max(*c));
+                let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+                let (low, high) = corners.iter().fold(none, |(low, high), c| limits(low, high, c));
+                (low - near, high + near)
+            })
+            .collect();
+        let (low, high) = boxes.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), b| (l.min(b.0), h.max(b.1)));
+        // Along the longest axis they follow each other.
+        let axis = (high - low).to_array().into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(axis, _)| axis);
+        let mut order: Vec<usize> = (0..boxes.len()).collect();
+        order.sort_by(|a, b| boxes[*a].0[axis].total_cmp(&boxes[*b].0[axis]));
+        let mut found: Vec<Vec<usize>> = (0..boxes.len()).map(|i| vec![i]).collect();
+        for (k, &a) in order.iter().enumerate() {
+            for &b in order[k + 1..].iter().take_while(|b| boxes[**b].0[axis] <= boxes[a].1[axis]) {
+                if boxes[a].0.cmple(boxes[b].1).all() && boxes[b].0.cmple(boxes[a].1).all() {
+                    found[a.max(b)].push(a.min(b));
+                }
+            }
+        }
+        found.iter_mut().for_each(|n| n.sort_unstable());
+        found
     }
 }
 

@@ -54,7 +54,7 @@ impl Context<'_> {
     pub(crate) fn view_fingerprint(&self, kind: &str) -> Fingerprint {
         let mut inputs = self.scene_fingerprint(kind);
         inputs.add(&"images of windows in pictures, half a hit more of light paths");
-        for window in self.inputs.windows.iter().map(|w| &w.window) {
+        for window in self.inputs.windows.iter().flat_map(|w| &w.parts) {
             inputs.add(&(&window.triangles, &window.frame, &window.basis));
         }
         inputs

@@ -43,7 +43,8 @@ pub struct Daylight<'a> {
     pub direct: &'a [Matrix<f32>],
 }
 
-/// What turns the light before a window into light behind it: T, and D or Dd.
+/// What turns the light before a window into light behind it: T, and D or Dd. Rows of D are the bins of the window's
+/// parts, one part after the other; each passes the same T.
 pub type Passage<'a> = (&'a Matrix<f64>, &'a Matrix<f32>);
 
 /// A window as the formula has it, in one state of the façade or between two.
@@ -67,7 +68,7 @@ impl<'a> WindowLight<'a> {
     }
 
     fn bins(&self) -> usize {
-        self.all.0.rows()
+        self.all.1.rows()
     }
 }
 
@@ -121,7 +122,7 @@ impl Light {
     pub fn of_hour(windows: &[WindowLight<'_>], hour: usize, skies: &Skies, differences: Differences) -> Result<Self> {
         let through = |parts: &[Option<Passage<'_>>], sky: &Matrix<f32>| {
             let sky = select_columns(sky, &[hour]);
-            each(windows, parts, 1, &|(t, d)| multiply(t, &multiply(d, &sky))).map(|m| m.map(|v| v as f32))
+            each(windows, parts, 1, &|(t, d)| pass(t, &multiply(d, &sky))).map(|m| m.map(|v| v as f32))
         };
         Self::behind(windows, skies, differences, vec![hour], &through)
     }
@@ -225,7 +226,22 @@ pub fn split_rows(total: &Matrix<f32>, direct: &Matrix<f32>, differences: Differ
 /// # Panics
 /// If there are not as many parts as windows.
 pub fn transmitted(windows: &[WindowLight<'_>], parts: &[Option<Passage<'_>>]) -> Result<Matrix<f64>> {
-    each(windows, parts, windows.first().map_or(0, |w| w.all.1.cols()), &|(t, d)| multiply(t, d))
+    each(windows, parts, windows.first().map_or(0, |w| w.all.1.cols()), &|(t, d)| pass(t, d))
+}
+
+/// Light before the parts of a window, one below the other, as it is behind them: T times each part's.
+///
+/// # Panics
+/// If the rows are not those of parts of a window with this T.
+pub(crate) fn pass<B: Copy + Default + Into<f64> + Sync>(transmission: &Matrix<f64>, before: &Matrix<B>) -> Matrix<f64> {
+    if before.rows() == transmission.cols() {
+        return multiply(transmission, before);
+    }
+    let (cols, components) = (before.cols(), before.components());
+    let parts = before.data().chunks(transmission.cols() * cols * components);
+    let part = |p: &[B]| Matrix::from_data(transmission.cols(), cols, components, p.to_vec()).expect("rows of whole parts");
+    let data: Vec<f64> = parts.flat_map(|p| multiply(transmission, &part(p)).into_data()).collect();
+    Matrix::from_data(before.rows(), cols, components, data).expect("as many rows behind as before")
 }
 
 /// What each window has, one below the other.
@@ -284,6 +300,14 @@ mod tests {
         let b = Matrix::<f32>::from_data(2, 1, 3, vec![5., 5., 5., 7., 7., 7.]).unwrap();
         let p: Matrix<f64> = multiply::<f64, f32>(&a, &b);
         assert_eq!(p.data(), [19., 190., 1900., 21., 210., 2100.]);
+    }
+
+    #[test]
+    fn each_part_of_a_window_passes_the_same_transmission() {
+        let m = |rows, cols, v: &[f64]| Matrix::from_data(rows, cols, 1, v.to_vec()).unwrap();
+        let t = m(2, 2, &[1.0, 2.0, 0.0, 3.0]);
+        assert_eq!(pass(&t, &m(2, 1, &[5.0, 7.0])).data(), [19.0, 21.0]);
+        assert_eq!(pass(&t, &m(4, 1, &[5.0, 7.0, 1.0, 10.0])).data(), [19.0, 21.0, 21.0, 30.0]);
     }
 
     #[test]

@@ -21,6 +21,7 @@ pub(crate) mod context;
 pub mod inputs;
 pub mod light;
 pub mod multiply;
+mod overall;
 pub(crate) mod phases;
 pub mod plan;
 pub mod project;

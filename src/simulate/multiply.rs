@@ -80,12 +80,34 @@ pub fn check_hours(hours: &[usize], sky: &str, columns: usize) -> Result<()> {
     }
 }
 
+/// Where V and D are those of a window in parts, T passes the light of each part: T and D become their product.
+fn pass_parts(multiplier: &dyn Multiplier, factors: &mut Vec<Factor>) -> Result<()> {
+    let fits = |f: &[Factor]| {
+        let [v, t, d] = [0, 1, 2].map(|i| &f[i].matrix);
+        let (bins, all) = (t.rows(), d.rows());
+        bins > 0 && t.cols() == bins && all > bins && all % bins == 0 && v.cols() == all
+    };
+    let Some(first) = factors.windows(3).position(fits) else { return Ok(()) };
+    let (t, d) = (&factors[first + 1], &factors[first + 2]);
+    let (bins, cols, components) = (t.matrix.rows(), d.matrix.cols(), d.matrix.components());
+    let mut data = Vec::with_capacity(d.matrix.data().len());
+    for part in d.matrix.data().chunks(bins * cols * components) {
+        let part = Matrix::from_data(bins, cols, components, part.to_vec())?;
+        data.extend(chain(multiplier, &[&t.matrix, &part])?.into_data());
+    }
+    let components = data.len() / (d.matrix.rows() * cols).max(1);
+    let passed = Factor { name: format!("{}·{}", t.name, d.name), matrix: Matrix::from_data(d.matrix.rows(), cols, components, data)? };
+    factors.splice(first + 1..first + 3, [passed]);
+    Ok(())
+}
+
 /// The product of all factors for the columns `hours` of the last one (all, if absent), evaluated
 /// from the right. Only columns that are not black are computed; the others are zeros.
 ///
 /// # Errors
 /// Shapes that do not fit, hours that do not exist, failures of the device.
 pub fn product(multiplier: &dyn Multiplier, mut factors: Vec<Factor>, hours: Option<&[usize]>) -> Result<Matrix<f32>> {
+    pass_parts(multiplier, &mut factors)?;
     let shapes: Vec<_> = factors.iter().map(|f| (&*f.name, f.matrix.rows(), f.matrix.cols(), f.matrix.components())).collect();
     check_shapes(&shapes)?;
     let Some(sky) = factors.last_mut() else {
@@ -153,6 +175,23 @@ mod tests {
             let error = product(&Native, vec![dc.clone(), sky.clone()], Some(hours)).unwrap_err().to_string();
             assert!(error.contains(text), "{error}");
         }
+    }
+
+    #[test]
+    fn one_transmission_passes_the_light_of_each_part_of_a_window() {
+        let (v, t, d, s) = (factor("V.mtx", 2, 6, 3), factor("T.xml", 3, 3, 1), factor("D.mtx", 6, 4, 3), factor("S.mtx", 4, 5, 3));
+        let found = product(&Native, vec![v.clone(), t.clone(), d.clone(), s.clone()], None).unwrap();
+        let half = |part: usize| {
+            let columns: Vec<usize> = (part * 3..part * 3 + 3).collect();
+            let d = Matrix::from_data(3, 4, 3, d.matrix.data()[part * 36..part * 36 + 36].to_vec()).unwrap();
+            chain(&Native, &[&select_columns(&v.matrix, &columns), &t.matrix, &d, &s.matrix]).unwrap()
+        };
+        for (found, (a, b)) in found.data().iter().zip(half(0).data().iter().zip(half(1).data())) {
+            assert!((found - (a + b)).abs() < 1e-3 * found.abs().max(1.0), "{found} is {a} + {b}");
+        }
+        // Rows that are no multiple of T's, and V of fewer parts, do not fit.
+        assert!(product(&Native, vec![v, t.clone(), factor("D.mtx", 7, 4, 3), s.clone()], None).is_err());
+        assert!(product(&Native, vec![factor("V.mtx", 2, 3, 3), t, d, s], None).is_err());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::{Inputs, Project, Summary};
 use crate::error::{Error, Result, Warnings};
 use crate::files::write_atomically;
 use crate::gpu::Device;
-use crate::progress::{Progress, cancelled};
+use crate::progress::{Progress, Whole, cancelled};
 use std::path::{Path, PathBuf};
 
 /// One of several projects.
@@ -72,7 +72,7 @@ pub fn run_rooms(device: &Device, rooms: &[Room], out: &Path, progress: &dyn Pro
         }
         // Later rooms too: their matrices may be there from an earlier run.
         let others: Vec<PathBuf> = folders.iter().filter(|f| **f != folders[i]).cloned().collect();
-        let named = Named { room: &room.name, progress };
+        let named = Named { room: &room.name, number: i, rooms: rooms.len(), progress };
         let store = Store::of(&folders[i], room.project.output.quantity)?.beside(others);
         summaries.push(compute(&context(device, &room.project, &room.inputs, &store, &named), warnings)?);
     }
@@ -113,12 +113,26 @@ fn write_annual(out: &Path, rooms: &[Room], folders: &[PathBuf]) -> Result<()> {
 /// Progress with the room's name.
 struct Named<'a> {
     room: &'a str,
+    number: usize,
+    rooms: usize,
     progress: &'a dyn Progress,
 }
 
 impl Progress for Named<'_> {
     fn update(&self, stage: &str, fraction: f64) {
         self.progress.update(&format!("{}: {stage}", self.room), fraction);
+    }
+
+    /// All rooms count alike.
+    fn update_of_whole(&self, stage: &str, fraction: f64, whole: Whole) {
+        let others = (self.rooms - self.number - 1) as f64;
+        let seconds_left = whole.seconds_left.map(|left| left + others * left / (1.0 - whole.share).max(0.01));
+        let whole = Whole { share: (self.number as f64 + whole.share) / self.rooms as f64, seconds_left };
+        self.progress.update_of_whole(&format!("{}: {stage}", self.room), fraction, whole);
+    }
+
+    fn shows_whole(&self) -> bool {
+        self.progress.shows_whole()
     }
 
     fn stop_requested(&self) -> bool {

@@ -5,6 +5,7 @@ use super::context::{Context, Ledger};
 use super::inputs::suns::SunCensus;
 use super::inputs::{Differences, Inputs, reach};
 use super::light::{Daylight, Light, Skies, WindowLight};
+use super::overall::Overall;
 use super::phases::sampled::sampled;
 use super::phases::sky::sky;
 use super::project::Project;
@@ -31,9 +32,9 @@ use std::time::Instant;
 /// | file | content |
 /// |---|---|
 /// | `matrices/S.mtx` | sky matrix, rows patches (ground first), columns hours, RGB |
-/// | `matrices/V_SENSORS.mtx` | view matrix, rows sensors, columns the bins of all windows in the project's order |
+/// | `matrices/V_SENSORS.mtx` | view matrix, rows sensors, columns the bins of all parts of all windows in the project's order |
 /// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins |
-/// | `matrices/D_WINDOW.mtx` | daylight matrix, rows bins, columns patches |
+/// | `matrices/D_WINDOW.mtx` | daylight matrix, rows the bins of the window's parts, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
 /// | `matrices/Sds.mtx` | five phases: the sun's share of S |
 /// | `matrices/replicates_*.mtx` | the independent estimates that V and D are the means of |
@@ -43,6 +44,8 @@ use std::time::Instant;
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
+/// | `illuminance/SENSORS_moments.csv` | named moments: mean, least and most lux of each, and daylight factors |
+/// | `irradiance/SENSORS_monthly.csv` | sums of each month, kWh/m² |
 /// | `illuminance/SENSORS_sky.csv` | direct: sky view factor, and hours of the weather's direct sun in which any of its disc is seen |
 /// | `irradiance/` | in place of `illuminance/` for `quantity = "irradiance"`, W/m²; `SENSORS_annual.csv` has means and sums in kWh/m² |
 /// | `matrices/V_VIEW.mtx` | view matrix of a picture, rows pixels from the top left |
@@ -90,11 +93,14 @@ fn timed<T>(seconds: &mut f64, stage: impl FnOnce() -> Result<T>) -> Result<T> {
 
 /// The run, from the sky to the summary.
 pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<Summary> {
+    let overall = Overall::new(context.progress, context.project, context.inputs)?;
+    let context = &Context { progress: &overall, ..*context };
     let start = Instant::now();
     let mut ledger = Ledger::default();
     let (inputs, progress) = (context.inputs, context.progress);
 
     let clock = Instant::now();
+    progress.begin("S");
     let sky = sky(context, &mut ledger)?;
     ledger.seconds.sky = clock.elapsed().as_secs_f64();
 
@@ -105,11 +111,13 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let dark = reach::check(inputs, &sampled.view.total(), context.choice.direct, warnings)?;
 
     let clock = Instant::now();
+    progress.begin("Cds of sensors");
     let suns = TracedSuns::trace(context, &mut ledger, warnings)?;
     ledger.seconds.suns = clock.elapsed().as_secs_f64();
 
     let clock = Instant::now();
     context.check_stop()?;
+    progress.begin("illuminance");
     progress.update("product", 0.0);
     let skies = Skies { whole: sky, sun: sampled.sun.clone() };
     let multiplier = product::for_device(context.device)?;
@@ -166,6 +174,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let census = suns.as_ref().map(|suns| suns.set.census.clone());
     let summary = summary(context, &ledger, multiplier.description(), groups, pictures, glare, errors.estimated, census, warnings);
     summary.write(&context.store.summary_path())?;
+    context.store.remove_units();
     Ok(summary)
 }
 
@@ -217,6 +226,7 @@ fn summary(
         suns,
         sky_subdivision: context.sky().subdivision(),
         bounces: project.method.bounces,
+        weather: project.weather.describe(&inputs.weather),
         hours: inputs.weather.steps().hours(inputs.weather.records.len()),
         time_steps: inputs.weather.records.len(),
         windows,

@@ -6,6 +6,7 @@ use super::results::views::ViewSummary;
 use super::store::Store;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
+use crate::simulate::inputs::parts::Division;
 use crate::simulate::inputs::suns::SunCensus;
 use crate::simulate::inputs::{Differences, Inputs, ProjectWindow};
 use crate::simulate::results::glare::GlareSummary;
@@ -20,7 +21,8 @@ pub struct Summary {
     /// `lucarne` and its version.
     pub program: String,
     /// Project file, relative to the folder of results where that is possible: whoever opens the
-    /// results finds room and weather by it.
+    /// results finds room and weather by it. Of a path that is no Unicode, as much as there is.
+    #[serde(serialize_with = "as_text")]
     pub project: PathBuf,
     /// Where the kernels ran.
     pub device: DeviceSummary,
@@ -45,7 +47,9 @@ pub struct Summary {
     pub sky_subdivision: usize,
     /// Limit of diffuse reflections; absent: none.
     pub bounces: Option<u32>,
-    /// Hours that the weather file covers.
+    /// Where the time steps come from, which of them were taken, and what makes their sky, for people.
+    pub weather: String,
+    /// Hours that the time steps cover.
     #[serde(serialize_with = "crate::units::whole_hours")]
     pub hours: f64,
     /// Its time steps: columns of the results.
@@ -93,8 +97,10 @@ pub struct WindowSummary {
     pub area: f64,
     /// Where it faces: degrees clockwise from north (+y) of its outward normal, and its tilt from the horizon (90 looks up).
     pub faces: [f64; 2],
-    /// Bins: columns of the view matrices.
+    /// Bins of all its parts: columns of the view matrices, rows of its D.
     pub bins: usize,
+    /// The parts over which V and D are averaged.
+    pub parts: Division,
     /// Whether suns are traced through it.
     pub sun_is_traced: bool,
 }
@@ -121,6 +127,10 @@ impl DeviceSummary {
     }
 }
 
+fn as_text<S: serde::Serializer>(path: &Path, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
+}
+
 impl Summary {
     /// The windows of a run of so many phases, and whether matrices were made elsewhere.
     pub(super) fn of_windows(inputs: &Inputs, phases: u32) -> (Vec<WindowSummary>, bool) {
@@ -129,7 +139,8 @@ impl Summary {
             glazing: w.made_of.clone(),
             area: w.window.area(),
             faces: w.window.faces(),
-            bins: w.window.basis.len(),
+            bins: w.bins(),
+            parts: w.division.clone(),
             sun_is_traced: phases == 5 && w.is_sunny(),
         };
         (inputs.windows.iter().map(of).collect(), inputs.differences() == Differences::Noisy)
@@ -171,7 +182,7 @@ impl Summary {
     /// Failures of the file system with the path named.
     pub fn write(&self, path: &Path) -> Result<()> {
         crate::files::write_atomically(path, |out| {
-            serde_json::to_writer_pretty(&mut *out, self).map_err(|e| Error::new(e.to_string()).file(path))?;
+            serde_json::to_writer_pretty(&mut *out, self).map_err(|e| Error::stream(&e.into()).file(path))?;
             writeln!(out).map_err(|e| Error::io(path, &e))
         })
     }

@@ -25,31 +25,22 @@ const SUN_SOLID_ANGLE: f64 = 6e-5;
 /// Illuminance outdoors under a sky of no particular time, lx: a lux indoors is a hundredth of a percent of it.
 pub const OUTDOORS: f64 = 10_000.0;
 
-/// The weather of moments under a CIE sky. `site` is latitude, longitude and standard meridian, degrees north and
-/// east; without it an overcast or uniform sky gives [`OUTDOORS`].
+/// The weather of moments, each under a sky of its own. `site` is latitude, longitude and standard meridian, degrees
+/// north and east; without it an overcast or uniform sky gives [`OUTDOORS`].
 ///
 /// # Errors
 /// As [`CieMoment::new`]; a clear or intermediate sky without a site, no time at all.
-pub fn weather(kind: CieSky, times: &[Time], site: Option<[f64; 3]>, warnings: &mut Warnings) -> Result<Weather> {
-    if site.is_none() && kind.shows_sun() {
+pub fn weather(moments: &[(CieSky, Time)], site: Option<[f64; 3]>, warnings: &mut Warnings) -> Result<Weather> {
+    if site.is_none() && moments.iter().any(|(kind, _)| kind.shows_sun()) {
         return Err(Error::new("this sky depends on where the sun stands").help("give the site, and month, day and time"));
     }
-    if times.is_empty() {
+    if moments.is_empty() {
         return Err(Error::new("there is no time").help("give month, day and standard time, as 03-21T12:00"));
     }
     let [latitude, longitude, meridian] = site.unwrap_or_default();
-    let mut weather = Weather {
-        place: String::new(),
-        latitude,
-        longitude,
-        time_zone: meridian / 15.0,
-        elevation: 0.0,
-        quantity: Quantity::Illuminance,
-        records: Vec::new(),
-        north: 0.0,
-        skies: Vec::new(),
-    };
-    for time in times {
+    let time_zone = meridian / 15.0;
+    let mut weather = Weather { latitude, longitude, time_zone, ..Weather::nowhere(Quantity::Illuminance) };
+    for &(kind, time) in moments {
         let day_of_year = time.day_of_year();
         let (diffuse, direct) = if site.is_some() {
             let sun = position(latitude, longitude, weather.time_zone, day_of_year, time.hour);
@@ -274,7 +265,8 @@ mod tests {
     #[test]
     fn a_daylight_factor_needs_no_site() {
         let noon = Time::parse("03-21T12:00").unwrap();
-        let weather = weather(CieSky::Overcast, &[noon, Time::parse("06-21T09:00").unwrap()], None, &mut Warnings::new()).unwrap();
+        let weather =
+            weather(&[noon, Time::parse("06-21T09:00").unwrap()].map(|t| (CieSky::Overcast, t)), None, &mut Warnings::new()).unwrap();
         let matrix = crate::sky::sky_matrix(
             &weather,
             &SkyOptions { sky_color: [1.0; 3], subdivision: 2, ..SkyOptions::default() },
@@ -292,14 +284,14 @@ mod tests {
             assert!((1..sky.len()).all(|p| (value(p) / zenith - (1.0 + 2.0 * patches.centre(p).z) / 3.0).abs() < 1e-6));
         }
         assert!(crate::sky::sun_hours(&weather, &SkyOptions::default()).unwrap().iter().all(Option::is_none));
-        assert!(super::weather(CieSky::Clear, &[noon], None, &mut Warnings::new()).is_err());
-        assert!(super::weather(CieSky::Overcast, &[], None, &mut Warnings::new()).is_err());
+        assert!(super::weather(&[(CieSky::Clear, noon)], None, &mut Warnings::new()).is_err());
+        assert!(super::weather(&[], None, &mut Warnings::new()).is_err());
     }
 
     #[test]
     fn a_clear_moment_of_a_site_has_the_light_that_its_formula_gives() {
         let noon = Time::parse("03-21T12:00").unwrap();
-        let weather = weather(CieSky::Clear, &[noon], Some([46.5, 11.35, 15.0]), &mut Warnings::new()).unwrap();
+        let weather = weather(&[(CieSky::Clear, noon)], Some([46.5, 11.35, 15.0]), &mut Warnings::new()).unwrap();
         let moment = CieMoment::new(CieSky::Clear, weather.sun(&weather.records[0]), TURBIDITY, &mut Warnings::new()).unwrap();
         let options = SkyOptions { sky_color: [1.0; 3], sun: false, subdivision: 4, ..SkyOptions::default() };
         let matrix = crate::sky::sky_matrix(&weather, &options, &crate::progress::Silent).unwrap();
@@ -314,7 +306,8 @@ mod tests {
         let suns = crate::sky::sun_hours(&weather, &SkyOptions::default()).unwrap();
         let disc = crate::units::cap_solid_angle((crate::units::SUN_DIAMETER_DEG / 2.0).to_radians());
         assert!((suns[0].unwrap().radiance * disc / moment.direct() - 1.0).abs() < 1e-4);
-        let night = super::weather(CieSky::Clear, &[Time::parse("12-21T23:00").unwrap()], Some([46.5, 11.35, 15.0]), &mut Warnings::new());
+        let night =
+            super::weather(&[(CieSky::Clear, Time::parse("12-21T23:00").unwrap())], Some([46.5, 11.35, 15.0]), &mut Warnings::new());
         assert!(night.unwrap_err().to_string().contains("21 December, 23:00: the sun is"));
     }
 

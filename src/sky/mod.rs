@@ -2,6 +2,7 @@
 //! file, exactly as Radiance's `gendaymtx` makes it.
 
 pub mod cie;
+pub mod given;
 mod patches;
 pub(crate) mod perez;
 
@@ -11,7 +12,7 @@ use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::units::{BRIGHTNESS_WEIGHTS, LUMINOUS_EFFICACY, SUN_DIAMETER_DEG};
 use crate::weather::sun::{self, SunPosition};
-use crate::weather::{Quantity, Record, Weather};
+use crate::weather::{DewPoints, Quantity, Record, Weather};
 use cie::CieMoment;
 use patches::{Patches, SunPatches};
 use perez::{Conditions, Distribution};
@@ -87,6 +88,9 @@ pub struct SkyColumn {
 /// # Errors
 /// Options out of their range, or no hour left by `-u`.
 pub fn sky_columns(weather: &Weather, options: &SkyOptions) -> Result<Vec<SkyColumn>> {
+    if let Some(given) = &weather.given {
+        return Ok(given::columns(given));
+    }
     let hours = hours(weather, options)?;
     Ok(hours.iter().map(|h| SkyColumn { record: h.record, sun: h.sun, direct_normal: h.direct, black: h.is_black(options) }).collect())
 }
@@ -108,6 +112,9 @@ pub struct SunHour {
 /// # Errors
 /// Options out of their range, or no hour left by `-u`.
 pub fn sun_hours(weather: &Weather, options: &SkyOptions) -> Result<Vec<Option<SunHour>>> {
+    if let Some(given) = &weather.given {
+        return given::suns(given, options.subdivision);
+    }
     let options = SkyOptions { sun: true, sun_disc: options.sun_disc.or(Some(SUN_DIAMETER_DEG)), ..options.clone() };
     let patches = Patches::new(ReinhartSky::new(options.subdivision)?);
     let hours = hours(weather, &options)?;
@@ -129,6 +136,9 @@ pub fn sun_hours(weather: &Weather, options: &SkyOptions) -> Result<Vec<Option<S
 /// # Errors
 /// Options out of their range, no hour left by `-u`, or the work was stopped.
 pub fn sky_matrix(weather: &Weather, options: &SkyOptions, progress: &dyn Progress) -> Result<Matrix<f32>> {
+    if let Some(given) = &weather.given {
+        return given::matrix(given, options);
+    }
     let hours = hours(weather, options)?;
     let patches = Patches::new(ReinhartSky::new(options.subdivision)?);
     let lit: Vec<usize> = (0..hours.len()).filter(|&i| !hours[i].is_black(options)).collect();
@@ -162,9 +172,6 @@ pub fn sky_matrix(weather: &Weather, options: &SkyOptions, progress: &dyn Progre
 
 const COLUMNS_PER_BLOCK: usize = 64;
 const ROWS_PER_TASK: usize = 16;
-
-/// Dew point assumed where a file tells none, °C (gendaymtx).
-const DEFAULT_DEW_POINT: f64 = 11.0;
 
 /// Below this sum of direct and diffuse (W/m² or lx) an hour is night; below this brightness a
 /// colour is black.
@@ -209,7 +216,9 @@ fn hours(weather: &Weather, options: &SkyOptions) -> Result<Vec<Hour>> {
     let mut hours = Vec::with_capacity(weather.records.len());
     for (index, record) in weather.records.iter().enumerate() {
         // Every record counts for the mean dew point, also those that `-u` leaves out.
-        let dew_point = dew_points.mean(record);
+        let mean = dew_points.mean(record);
+        // Of chosen hours and parts of hours, dew points are means already.
+        let dew_point = if weather.whole.is_some() { record.dew_point.unwrap_or(mean) } else { mean };
         let mut sun = sun_of(weather, record, options.interval_minutes);
         if options.sun_hours_only && !sun.is_up() {
             continue;
@@ -248,27 +257,6 @@ fn sun_of(weather: &Weather, record: &Record, interval_minutes: f64) -> SunPosit
         }
     }
     sun::position_at_solar_time(weather.latitude, record.day_of_year, solar_time)
-}
-
-/// Mean dew point of a record and the two before it.
-#[derive(Default)]
-struct DewPoints {
-    previous: Option<[f64; 2]>,
-    mean: Option<f64>,
-}
-
-impl DewPoints {
-    fn mean(&mut self, record: &Record) -> f64 {
-        if let Some(now) = record.dew_point {
-            let [older, newer] = self.previous.unwrap_or([now; 2]);
-            self.mean = Some((older + newer + now) / 3.0);
-            self.previous = Some([newer, now]);
-        } else {
-            // After a gap the mean starts anew; inside it the last one still holds.
-            self.previous = None;
-        }
-        self.mean.unwrap_or(DEFAULT_DEW_POINT)
-    }
 }
 
 impl Hour {

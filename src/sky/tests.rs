@@ -486,3 +486,32 @@ fn the_scene_s_north_turns_sky_and_suns_as_gendaymtx_does() {
         assert!((turn.to_degrees() - 25.0).abs() < 1e-9);
     }
 }
+
+#[test]
+fn the_sky_of_a_chosen_hour_is_that_of_the_year() {
+    let records: String = (0..48).map(|h| format!("6 {} {}.500 400 {}\n", 21 + h / 24, h % 24, 100 + h)).collect();
+    let header = "place x\nlatitude 47\nlongitude -11\ntime_zone -15\nsite_elevation 0\nweather_data_file_units 1\n";
+    let mut all = weather(&format!("{header}{records}"));
+    // The mean dew point of an hour is that of three.
+    all.records.iter_mut().enumerate().for_each(|(i, r)| r.dew_point = Some((7 * i % 20) as f64));
+    let options = SkyOptions { solar_spectrum: false, ..SkyOptions::default() };
+    let year = matrix(&all, &options);
+    let mut some = all.clone();
+    some.keep_hours(&[171 * 24 + 10, 172 * 24 + 15]).unwrap();
+    let chosen = matrix(&some, &options);
+    for (column, own) in [(10, 0), (39, 1)] {
+        for patch in 0..year.rows() {
+            assert_eq!(year.at(patch, column), chosen.at(patch, own), "{patch}");
+        }
+    }
+    let mut without = all.clone();
+    without.records = [all.records[10], all.records[39]].to_vec();
+    assert_ne!(matrix(&without, &options).data(), chosen.data(), "dew points tell");
+    // Halves of an hour have their own suns, and the hour's light.
+    let halves = all.clone().with_step(30, &mut Warnings::new()).unwrap();
+    let suns = sun_hours(&halves, &options).unwrap();
+    for (half, sun) in halves.records.iter().zip(&suns) {
+        let up = halves.sun(half).altitude > 0.0;
+        assert_eq!(sun.is_some_and(|s| (s.position.altitude - halves.sun(half).altitude).abs() < 1e-12), up, "{half:?}");
+    }
+}

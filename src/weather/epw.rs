@@ -70,10 +70,7 @@ fn site(location: &str) -> Result<Weather> {
         longitude: bounded(longitude, "longitude", -180.0, 180.0, "°")?,
         time_zone: bounded(time_zone, "time zone", -12.0, 14.0, " h")?,
         elevation: bounded(elevation, "elevation", -1000.0, 9999.9, " m")?,
-        quantity: Quantity::NormalIrradiance,
-        records: Vec::new(),
-        north: 0.0,
-        skies: Vec::new(),
+        ..Weather::nowhere(Quantity::NormalIrradiance)
     })
 }
 

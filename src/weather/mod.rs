@@ -4,7 +4,11 @@
 //! Radiance's (`wea`). What is impossible (a month 13, a negative irradiance, a missing hour in a
 //! year) is an error with its line; what is only suspicious becomes a warning.
 
+pub mod chosen;
+mod dew;
+mod divided;
 mod epw;
+pub mod given;
 mod radiation;
 mod series;
 mod steps;
@@ -12,7 +16,8 @@ pub mod sun;
 pub mod time;
 mod wea;
 
-pub use steps::{Days, Place, Steps};
+pub(crate) use dew::DewPoints;
+pub use steps::{Days, Place, Steps, Whole};
 
 use crate::error::{Error, Result, Warnings};
 use std::path::Path;
@@ -69,6 +74,11 @@ impl CieSky {
     pub const ALL: [(&'static str, Self); 4] =
         [("clear", Self::Clear), ("intermediate", Self::Intermediate), ("overcast", Self::Overcast), ("uniform", Self::Uniform)];
 
+    /// Its word.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, kind)| *kind == self).map_or("", |(name, _)| name)
+    }
+
     /// Whether its formula knows where the sun stands.
     pub fn shows_sun(self) -> bool {
         matches!(self, Self::Clear | Self::Intermediate)
@@ -96,9 +106,33 @@ pub struct Weather {
     pub north: f64,
     /// The sky of each record where it is one of the CIE's; empty for Perez' sky of the weather.
     pub skies: Vec<CieSky>,
+    /// Names of moments, one per record; empty for those without.
+    pub names: Vec<String>,
+    /// What the file told as a whole, where records were taken out or divided: then their dew points are means too.
+    pub whole: Option<Whole>,
+    /// A sky made elsewhere, in place of one made from the records.
+    pub given: Option<given::GivenSky>,
 }
 
 impl Weather {
+    /// Weather without a place and without time steps.
+    pub fn nowhere(quantity: Quantity) -> Self {
+        Self {
+            place: String::new(),
+            latitude: 0.0,
+            longitude: 0.0,
+            time_zone: 0.0,
+            elevation: 0.0,
+            quantity,
+            records: Vec::new(),
+            north: 0.0,
+            skies: Vec::new(),
+            names: Vec::new(),
+            whole: None,
+            given: None,
+        }
+    }
+
     /// Reads a weather file, EPW or WEA.
     ///
     /// # Errors

@@ -27,18 +27,42 @@ pub struct Steps {
     /// Whether there is a 29 February among them.
     leap: bool,
     places: Vec<Place>,
+    /// Of named moments their names.
+    names: Vec<String>,
+}
+
+/// What all records of a file told about their steps before some were taken out or divided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Whole {
+    /// Length of a step, hours.
+    pub length: f64,
+    /// Whether all steps that follow each other are as long.
+    pub are_even: bool,
+    /// Whether times name the ends of steps.
+    pub ends: bool,
+    /// Whether there was a 29 February.
+    pub leap: bool,
+}
+
+/// What all records of a file tell about their steps.
+pub(super) fn whole(records: &[Record]) -> Whole {
+    let (length, are_even) = length(records);
+    Whole {
+        length,
+        are_even,
+        // Who writes 24 o'clock names the ends of steps.
+        ends: records.iter().any(|r| r.hour > 24.0 - 1e-6),
+        leap: records.iter().any(|r| (r.month, r.day) == (2, 29)),
+    }
 }
 
 impl Weather {
     /// The time steps. A step is as long as most that follow each other within a day, an hour at most: hours
     /// that somebody chose are hours.
     pub fn steps(&self) -> Steps {
-        let (length, are_even) = length(&self.records);
-        // Who writes 24 o'clock names the ends of steps.
-        let ends = self.records.iter().any(|r| r.hour > 24.0 - 1e-6);
+        let Whole { length, are_even, ends, leap } = self.whole.unwrap_or_else(|| whole(&self.records));
         let places = self.records.iter().map(|r| place(r, length, ends)).collect();
-        let leap = self.records.iter().any(|r| (r.month, r.day) == (2, 29));
-        Steps { length, are_even, leap, places }
+        Steps { length, are_even, leap, places, names: self.names.clone() }
     }
 }
 
@@ -92,17 +116,29 @@ impl Steps {
         self.places[step]
     }
 
-    /// Hour of the year as tables have it: `1164`, or `1164.25` for the second quarter of it.
+    /// Hour of the year as tables have it: `1164`, or `1164.25` for the second quarter of it; the name of a moment
+    /// that has one.
     pub fn label(&self, step: usize) -> String {
+        if let Some(name) = self.names.get(step) {
+            return name.clone();
+        }
         let Place { hour, minute } = self.places[step];
         if self.is_hourly() { hour.to_string() } else { format!("{:.4}", hour as f64 + minute as f64 / 60.0) }
     }
 
     /// Number of a step in names of files: the hour of the year, of shorter steps followed by two digits
-    /// for the minute (116415).
+    /// for the minute (116415). Of named moments their number from 1.
     pub fn number(&self, step: usize) -> usize {
+        if !self.names.is_empty() {
+            return step + 1;
+        }
         let Place { hour, minute } = self.places[step];
         if self.is_hourly() { hour } else { hour * 100 + minute }
+    }
+
+    /// Whether there is a 29 February.
+    pub(super) fn is_leap(&self) -> bool {
+        self.leap
     }
 
     /// Whether steps are hours.
@@ -139,6 +175,9 @@ impl Steps {
     /// # Errors
     /// Names the time.
     pub(crate) fn check_unique(&self, steps: &[usize]) -> Result<()> {
+        if !self.names.is_empty() {
+            return Ok(());
+        }
         let mut places: Vec<Place> = steps.iter().map(|s| self.places[*s]).collect();
         places.sort_unstable();
         match places.windows(2).find(|w| w[0] == w[1]) {
@@ -174,6 +213,9 @@ impl Steps {
     /// day of the year (from 0), steps per day, and per place the number of the step. Nothing if a
     /// day has no whole number of steps, or two steps are at the same time.
     pub fn days(&self) -> Option<Days> {
+        if !self.names.is_empty() {
+            return None;
+        }
         let per_day = (24.0 / self.length).round();
         if (per_day * self.length - 24.0).abs() > 1e-6 || self.check_unique(&(0..self.len()).collect::<Vec<_>>()).is_err() {
             return None;

@@ -65,10 +65,7 @@ pub(super) fn parse(text: &str, warnings: &mut Warnings) -> Result<Weather> {
         longitude: -get("longitude")?,
         time_zone: -get("time_zone")? / 15.0,
         elevation: get("site_elevation").unwrap_or(0.0),
-        quantity,
-        records: Vec::new(),
-        north: 0.0,
-        skies: Vec::new(),
+        ..Weather::nowhere(quantity)
     };
     check_site(&weather, warnings);
     let mut calendar = Calendar::default();

@@ -30,7 +30,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("bins", &[]),
     ("matrix", &["text", "files", "progress"]),
     ("bsdf", &["bins", "matrix", "text", "files", "progress"]),
-    ("weather", &["text", "files"]),
+    ("weather", &["matrix", "text", "files"]),
     ("sky", &["bins", "weather", "matrix", "files", "progress"]),
     ("bvh", &["progress"]),
     ("camera", &["bins", "text", "files"]),
@@ -47,14 +47,16 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "progress",
         ],
     ),
+    // What results hold, on a page.
+    ("report", &["simulate", "bsdf", "weather", "scene", "image", "glare", "files"]),
 ];
 
 const OPEN_TO_ALL: &[&str] = &["error", "limits", "units", "statistics", "random"];
 
 /// The order inside the module that is a house of its own: each part imports only parts before it.
 const INSIDE_SIMULATE: &[&str] = &[
-    "multiply", "project", "store", "inputs", "context", "light", "sampling", "plan", "phases", "results", "summary", "year", "run",
-    "ready", "rooms", "tradeoff",
+    "multiply", "project", "store", "inputs", "context", "light", "sampling", "plan", "overall", "phases", "results", "summary", "year",
+    "run", "ready", "rooms", "tradeoff",
 ];
 
 /// Files that import each other still; the list may only become shorter.

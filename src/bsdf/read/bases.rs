@@ -4,9 +4,7 @@ use crate::bins::{AngleBasis, KlemsBasis};
 use crate::bsdf::KlemsMatrix;
 use crate::bsdf::numbers::NumberList;
 use crate::error::{Error, Result, Warnings};
-
-/// Most bins of a basis that a file defines.
-const BIN_LIMIT: usize = 1 << 14;
+use crate::limits::BASIS_BINS;
 
 /// An angle basis as the file defines it.
 #[derive(Default)]
@@ -47,8 +45,8 @@ impl Bases {
             _ => {
                 let count = text.parse::<usize>().map_err(|_| Error::new(format!("'{text}' is not a number of azimuths")))?;
                 basis.counts.push(count);
-                if basis.counts.iter().try_fold(0usize, |sum, n| sum.checked_add(*n)).is_none_or(|n| n > BIN_LIMIT) {
-                    return Err(Error::new(format!("angle basis '{}' has more than {BIN_LIMIT} bins", basis.name)));
+                if basis.counts.iter().try_fold(0usize, |sum, n| sum.checked_add(*n)).is_none_or(|n| n > BASIS_BINS) {
+                    return Err(Error::new(format!("angle basis '{}' has more than {BASIS_BINS} bins", basis.name)));
                 }
             }
         }

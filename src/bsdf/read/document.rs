@@ -5,18 +5,9 @@ use crate::bsdf::numbers::NumberList;
 use crate::bsdf::tree::TreeParser;
 use crate::bsdf::{Block, Bsdf, Component, Geometry};
 use crate::error::{Error, Result, Warnings};
+use crate::limits::{BSDF_GEOMETRY, BSDF_PROPERTIES, BSDF_VALUES, NESTED_ELEMENTS, XML_TEXT};
 use quick_xml::events::Event;
 
-/// Deepest nesting of elements; real files have 9 levels.
-const DEPTH_LIMIT: usize = 64;
-/// Longest text of an element other than data and geometry.
-const TEXT_LIMIT: usize = 1 << 16;
-/// Longest geometry text that is kept.
-const GEOMETRY_LIMIT: usize = 64 << 20;
-/// Most values of a matrix, when the bases are not known before the values: 2048 × 2048.
-const VALUE_LIMIT: usize = 1 << 22;
-/// Most properties of the material that are kept.
-const PROPERTY_LIMIT: usize = 64;
 /// What is known so far.
 pub(super) struct Document<'w> {
     warnings: &'w mut Warnings,
@@ -114,8 +105,8 @@ impl<'w> Document<'w> {
 
     fn open(&mut self, name: impl AsRef<[u8]>, tag: &quick_xml::events::BytesStart, line: usize) -> Result<()> {
         let name = String::from_utf8_lossy(name.as_ref()).into_owned();
-        if self.path.len() >= DEPTH_LIMIT {
-            return Err(Error::new(format!("elements are nested deeper than {DEPTH_LIMIT} levels")));
+        if self.path.len() >= NESTED_ELEMENTS {
+            return Err(Error::new(format!("elements are nested deeper than {NESTED_ELEMENTS} levels")));
         }
         self.path.push(name.clone());
         let attribute = |key: &str| {
@@ -192,20 +183,20 @@ impl<'w> Document<'w> {
                 };
                 Text::Tree(Box::new(TreeParser::new(rank)))
             } else {
-                Text::Matrix(NumberList::new(VALUE_LIMIT))
+                Text::Matrix(NumberList::new(BSDF_VALUES))
             };
         }
         match &mut self.text {
             Text::Ignored | Text::Skipped | Text::Undecided => Ok(()),
             Text::Short(text) => {
-                if text.len() + piece.len() > TEXT_LIMIT {
-                    return Err(Error::new(format!("more than {TEXT_LIMIT} bytes of text")));
+                if text.len() + piece.len() > XML_TEXT {
+                    return Err(Error::new(format!("more than {XML_TEXT} bytes of text")));
                 }
                 text.push_str(&String::from_utf8_lossy(piece));
                 Ok(())
             }
             Text::Geometry(text) => {
-                if text.len() + piece.len() <= GEOMETRY_LIMIT {
+                if text.len() + piece.len() <= BSDF_GEOMETRY {
                     text.extend_from_slice(piece);
                     return Ok(());
                 }
@@ -242,7 +233,7 @@ impl<'w> Document<'w> {
             "Thickness" if in_material => self.bsdf.thickness = self.length(&short, line),
             "Width" if in_material => self.bsdf.width = self.length(&short, line),
             "Height" if in_material => self.bsdf.height = self.length(&short, line),
-            _ if in_material && !short.is_empty() && self.bsdf.properties.len() < PROPERTY_LIMIT => {
+            _ if in_material && !short.is_empty() && self.bsdf.properties.len() < BSDF_PROPERTIES => {
                 self.bsdf.properties.push((name.to_string(), short));
             }
             "MGFblock" => {

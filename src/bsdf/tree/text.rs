@@ -4,13 +4,9 @@
 //! dimension i, or a grid of (2^k)^rank numbers, in which the last dimension runs fastest.
 
 use super::{Node, TensorTree};
-use crate::bsdf::numbers::WORD_LIMIT;
 use crate::error::{Error, Result};
+use crate::limits::{NUMBER_CHARACTERS, TREE_DEPTH, TREE_VALUES};
 
-/// Deepest nesting read: cells of 1/65536 per side.
-const DEPTH_LIMIT: usize = 16;
-/// Most numbers read: 512 MiB of them, a full rank 4 grid of 2^6 per side eight times over.
-const VALUE_LIMIT: usize = 1 << 27;
 impl TensorTree {
     /// Reads the nested text.
     ///
@@ -95,7 +91,7 @@ impl TreeParser {
                     self.end_word().map_err(|e| e.line(line))?;
                     line += usize::from(b == b'\n');
                 }
-                _ if self.word.len() >= WORD_LIMIT => return Err(not_a_number(&self.word).line(line)),
+                _ if self.word.len() >= NUMBER_CHARACTERS => return Err(not_a_number(&self.word).line(line)),
                 b => self.word.push(b as char),
             }
         }
@@ -126,8 +122,8 @@ impl TreeParser {
                 0
             }
             State::Opened(slot) => {
-                if self.branches.len() >= DEPTH_LIMIT {
-                    return Err(Error::new(format!("the tensor tree is nested deeper than {DEPTH_LIMIT} levels"))
+                if self.branches.len() >= TREE_DEPTH {
+                    return Err(Error::new(format!("the tensor tree is nested deeper than {TREE_DEPTH} levels"))
                         .help("trees of 2^7 by 2^7 directions have 7; closing braces may be missing"));
                 }
                 let first = self.tree.nodes.len() as u32;
@@ -169,7 +165,7 @@ impl TreeParser {
             }
             State::InLeaf(slot, first) => {
                 let count = self.tree.values.len() - first as usize;
-                let log2 = (0..=DEPTH_LIMIT).find(|k| 1usize.checked_shl((k * self.tree.rank) as u32) == Some(count)).ok_or_else(|| {
+                let log2 = (0..=TREE_DEPTH).find(|k| 1usize.checked_shl((k * self.tree.rank) as u32) == Some(count)).ok_or_else(|| {
                     Error::new(format!("a brace of the tensor tree has {count} values; it must be a power of {}", self.children()))
                         .help("values are numbers with decimal points, separated by blanks or commas")
                 })?;
@@ -214,8 +210,8 @@ impl TreeParser {
                     .help("a group holds either numbers or groups: a brace is missing or too many"));
             }
         }
-        if self.tree.values.len() >= VALUE_LIMIT {
-            return Err(Error::new(format!("the tensor tree has more than {VALUE_LIMIT} values")));
+        if self.tree.values.len() >= TREE_VALUES {
+            return Err(Error::new(format!("the tensor tree has more than {TREE_VALUES} values")));
         }
         self.tree.values.push(value);
         Ok(())

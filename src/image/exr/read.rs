@@ -3,7 +3,7 @@
 use super::exr_error;
 use crate::error::{Error, Result};
 use crate::image::Picture;
-use crate::image::hdr::MAX_PIXELS;
+use crate::limits::PIXELS;
 use crate::units::LUMINOUS_EFFICACY;
 use ::exr::block::UncompressedBlock;
 use ::exr::block::reader::ChunksReader as _;
@@ -77,7 +77,7 @@ pub fn read_part(path: &Path, index: usize) -> Result<Picture> {
     };
     let Part { width, height, view, .. } = describe(&header);
     let bad = |message: String| Err(Error::new(message).file(path));
-    if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > MAX_PIXELS) {
+    if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > PIXELS) {
         return bad(format!("a picture of {width} × {height} pixels is not possible"));
     }
     if header.deep {

@@ -3,8 +3,9 @@
 use super::{Channels, Options, Samples, exr_error};
 use crate::error::{Error, Result, Warnings};
 use crate::files;
-use crate::image::hdr::{MAX_PIXELS, PRIMARIES, WHITE};
+use crate::image::hdr::{PRIMARIES, WHITE};
 use crate::image::{Picture, luminance};
+use crate::limits::PIXELS;
 use crate::units::LUMINOUS_EFFICACY;
 use ::exr::block::writer::ChunksWriter as _;
 use ::exr::block::{BlockIndex, UncompressedBlock};
@@ -116,7 +117,7 @@ pub fn write_parts(
 
 fn headers(parts: &Parts, options: Options) -> Result<Vec<Header>> {
     let Parts { width, height, view, header: lines, names } = parts;
-    if *width == 0 || *height == 0 || width.checked_mul(*height).is_none_or(|n| n > MAX_PIXELS) {
+    if *width == 0 || *height == 0 || width.checked_mul(*height).is_none_or(|n| n > PIXELS) {
         return Err(Error::new(format!("cannot write a picture of {width} × {height} pixels")));
     }
     if names.is_empty() || names.iter().any(String::is_empty) {

@@ -1,15 +1,10 @@
 //! The text in front of the pixels: information header and resolution line.
 
 use super::input::Input;
-use crate::camera::{MAX_SIDE, View};
+use crate::camera::View;
 use crate::error::{Error, Result};
+use crate::limits::{PICTURE_HEADER, PICTURE_SIDE, PIXELS};
 use std::io::Read;
-
-/// More pixels than this are taken for a damaged resolution line (2²⁸: 16384 × 16384).
-pub(crate) const MAX_PIXELS: usize = 1 << 28;
-
-/// Longest header believed, bytes; a binary file without line ends stops here.
-const MAX_HEADER: usize = 1 << 20;
 
 /// What the four bytes of a pixel mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -180,7 +175,7 @@ fn read_line(input: &mut Input<impl Read>) -> Result<Option<String>> {
             Some(b) => bytes.push(b),
             None => return Ok(None),
         }
-        if input.offset() > MAX_HEADER as u64 {
+        if input.offset() > PICTURE_HEADER as u64 {
             return Err(not_a_picture());
         }
     }
@@ -239,11 +234,11 @@ fn parse_resolution(line: &str) -> Result<(usize, usize, Orientation)> {
     if width == 0 || height == 0 {
         return Err(Error::new(format!("a picture of {width} × {height} has no pixels")).field("resolution"));
     }
-    if width.max(height) > MAX_SIDE {
-        return Err(Error::new(format!("a picture of {width} × {height} is longer than {MAX_SIDE} pixels")).field("resolution"));
+    if width.max(height) > PICTURE_SIDE {
+        return Err(Error::new(format!("a picture of {width} × {height} is longer than {PICTURE_SIDE} pixels")).field("resolution"));
     }
-    if width * height > MAX_PIXELS {
-        return Err(Error::new(format!("a picture of {width} × {height} is larger than {MAX_PIXELS} pixels")).field("resolution"));
+    if width * height > PIXELS {
+        return Err(Error::new(format!("a picture of {width} × {height} is larger than {PIXELS} pixels")).field("resolution"));
     }
     Ok((width, height, orientation))
 }

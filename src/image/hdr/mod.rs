@@ -12,7 +12,6 @@ mod input;
 mod scanline;
 mod stream;
 
-pub(crate) use header::MAX_PIXELS;
 pub use header::PixelFormat;
 pub(crate) use header::{Header, Orientation};
 pub use scanline::from_rgbe;

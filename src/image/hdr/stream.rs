@@ -151,7 +151,7 @@ impl<W: Write> ScanlineWriter<W> {
     /// # Errors
     /// If writing fails or a header line cannot be one.
     pub fn new(out: W, path: &Path, width: usize, height: usize, view: Option<&str>, lines: &[String]) -> Result<Self> {
-        if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > super::MAX_PIXELS) {
+        if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > crate::limits::PIXELS) {
             return Err(Error::new(format!("cannot write a picture of {width} × {height} pixels")).file(path));
         }
         let text = compose(width, height, view, lines).map_err(|e| e.file(path))?;

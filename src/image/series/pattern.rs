@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 /// percent sign.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pattern {
+    /// What stands before `before`; of any bytes.
+    folder: PathBuf,
     before: String,
     after: String,
     digits: usize,
@@ -34,23 +36,24 @@ impl Pattern {
         if digits > 20 {
             return Err(Error::new(format!("'%{conversion}d' asks for too many digits")).help("write for instance %04d"));
         }
-        Ok(Self { before, after, digits, fill: if zero { '0' } else { ' ' }, text: text.to_owned() })
+        Ok(Self { folder: PathBuf::new(), before, after, digits, fill: if zero { '0' } else { ' ' }, text: text.to_owned() })
     }
 
-    /// The pattern `name` in a folder, in whose own name a percent sign is one.
+    /// The pattern `name` in a folder, in whose own name a percent sign is one. An absolute name is in no folder.
     ///
     /// # Errors
     /// As [`parse`](Self::parse) of the name.
     pub fn inside(folder: &Path, name: &str) -> Result<Self> {
-        let before = folder.display().to_string().replace('%', "%%");
-        Self::parse(&Path::new(&before).join(name).display().to_string())
+        let named = Self::parse(name)?;
+        let shown = folder.display().to_string().replace('%', "%%");
+        Ok(Self { folder: folder.to_path_buf(), text: Path::new(&shown).join(name).display().to_string(), ..named })
     }
 
     /// The file of a number.
     pub fn path(&self, number: usize) -> PathBuf {
         let digits = number.to_string();
         let fill: String = std::iter::repeat_n(self.fill, self.digits.saturating_sub(digits.len())).collect();
-        PathBuf::from(format!("{}{fill}{digits}{}", self.before, self.after))
+        self.folder.join(format!("{}{fill}{digits}{}", self.before, self.after))
     }
 
     /// Numbers for which files exist, rising.

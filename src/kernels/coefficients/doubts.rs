@@ -2,9 +2,10 @@
 
 use super::CoefficientOptions;
 use crate::bins::ReinhartSky;
+use crate::error::Result;
 use crate::kernels::light_paths::LOOK_UNITS;
-use crate::kernels::trace::TracedMatrix;
 use crate::kernels::trace::doubt::{ENOUGH_HITS, Part, half_a_hit, pattern};
+use crate::kernels::trace::{TracedMatrix, Values};
 use std::f64::consts::PI;
 
 /// What the samples of one sensor, all batches together, found.
@@ -16,6 +17,16 @@ pub(super) struct Looks {
     pub by_paths: [u32; 4],
     /// Deviation by what light paths may have brought, of which few arrived, sr.
     pub gathered: f64,
+}
+
+impl Looks {
+    /// # Errors
+    /// See [`Values::pass`].
+    pub fn pass(&mut self, values: &mut Values) -> Result<()> {
+        values.pass(&mut self.at_windows)?;
+        values.pass(&mut self.by_paths)?;
+        values.pass(std::slice::from_mut(&mut self.gathered))
+    }
 }
 
 /// Deviation of a contribution of which few hits were found among so many samples; `weight` is that of one hit.

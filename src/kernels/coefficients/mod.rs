@@ -49,6 +49,7 @@ use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::scene::Scene;
 use crate::scene::points::Sensor;
+use doubts::Looks;
 use gathered::Gathered;
 use tracer::Tracer;
 
@@ -146,14 +147,26 @@ pub fn compute(
     for chunk in plan.chunks() {
         tracer.look_for_holes(&sensors[chunk.first..chunk.first + chunk.count], chunk.first, &mut result.statistics)?;
     }
+    let mut state = (result, Vec::new());
     for chunk in plan.chunks() {
         let stage = |part: f64| {
             progress.update("daylight coefficients", (chunk.first as f64 + part * chunk.count as f64) / rows as f64);
             if progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
         };
         let tile = &sensors[chunk.first..chunk.first + chunk.count];
-        looks.extend(tracer.compute_tile(tile, chunk.first, &mut result, &stage)?);
+        let mut make = |state: &mut (TracedMatrix, Vec<Looks>)| {
+            state.1 = tracer.compute_tile(tile, chunk.first, &mut state.0, &stage)?;
+            Ok(())
+        };
+        let range = chunk.first..chunk.first + chunk.count;
+        state.1 = vec![Looks::default(); chunk.count];
+        trace::unit(progress, &format!("sensors {range:?}"), &mut state, &mut make, &|(result, looks), values| {
+            values.pass_traced(result, &range)?;
+            looks.iter_mut().try_for_each(|look| look.pass(values))
+        })?;
+        looks.append(&mut state.1);
     }
+    let (mut result, _) = state;
     if options.first_round {
         doubts::add(&mut result, &looks, sky, options, tracer.paths_to_the_sky());
     }

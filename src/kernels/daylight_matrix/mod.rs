@@ -140,15 +140,31 @@ pub fn compute(
     options: &DaylightOptions,
     progress: &dyn Progress,
 ) -> Result<TracedMatrix> {
-    compute_in_dispatches(device, scene, window, sky, options, PATHS_PER_DISPATCH, progress)
+    compute_in_dispatches(device, scene, std::slice::from_ref(window), sky, options, PATHS_PER_DISPATCH, progress)
 }
 
-/// As [`compute`], with at most `paths_per_dispatch` paths per bin at a time, which changes nothing
+/// D of the parts of one window, rows the bins of one part after the other. The options' paths are those of a
+/// part's bins. All parts stop what meets them, as the window does.
+///
+/// # Errors
+/// As [`compute`]; parts of different bases.
+pub fn compute_of_parts(
+    device: &Device,
+    scene: &Scene,
+    parts: &[Window],
+    sky: ReinhartSky,
+    options: &DaylightOptions,
+    progress: &dyn Progress,
+) -> Result<TracedMatrix> {
+    compute_in_dispatches(device, scene, parts, sky, options, PATHS_PER_DISPATCH, progress)
+}
+
+/// As [`compute_of_parts`], with at most `paths_per_dispatch` paths per bin at a time, which changes nothing
 /// in the result. At most [`PATHS_PER_DISPATCH`].
 fn compute_in_dispatches(
     device: &Device,
     scene: &Scene,
-    window: &Window,
+    parts: &[Window],
     sky: ReinhartSky,
     options: &DaylightOptions,
     paths_per_dispatch: u32,
@@ -157,86 +173,113 @@ fn compute_in_dispatches(
     if options.batches < 2 || options.paths == 0 {
         return Err(Error::new("at least two batches of at least one path are needed"));
     }
-    let tables = TraceTables::new(scene, std::slice::from_ref(window), options.own_window)?;
+    if parts.iter().any(|p| p.basis != parts[0].basis) {
+        return Err(Error::new("the parts of a window have different bases"));
+    }
+    let tables = TraceTables::new(scene, parts, options.own_window)?;
     let trace_scene = tables.upload(device)?;
     let components: usize = if tables.features.grey { 1 } else { 3 };
     let kernel = Kernel::new(device, &PATHS, &[("COMPONENTS", components as f64)])?;
     let rows = device.upload("sky rows", &sky_rows(sky))?;
-    let bins = window.basis.len();
+    // Rows of a part, and of all.
+    let bins = parts[0].basis.len();
+    let all_bins = parts.len() * bins;
     let cells = bins * sky.len() * components;
     let sums_buffer = device.zeros::<u32>("daylight sums", 2 * cells)?;
     let counters = device.zeros::<Counters>("path counters", 1)?;
-    let mut statistics = TraceStatistics::default();
     // Means of batches: sum and sum of squares of the total, sum of the direct part.
-    let mut sum = vec![0.0f64; cells];
-    let mut squares = vec![0.0f64; cells];
-    let mut direct_sum = vec![0.0f64; cells];
-    let mut batch_cells = vec![0u64; 2 * cells];
+    let mut sum = vec![0.0f64; parts.len() * cells];
+    let mut squares = vec![0.0f64; parts.len() * cells];
+    let mut direct_sum = vec![0.0f64; parts.len() * cells];
+    // Sums of a batch of a part, and the work so far.
+    let mut state = (vec![0u64; 2 * cells], TraceStatistics::default());
     let mut batches = Vec::new();
-    let shape = |f: &dyn Fn(usize) -> f64| -> Matrix<f32> {
-        let mut m = Matrix::zeros(bins, sky.len(), 3);
-        for (element, out) in m.data_mut().chunks_exact_mut(3).enumerate() {
+    let fill = |to: &mut [f32], f: &dyn Fn(usize) -> f64| {
+        for (element, out) in to.chunks_exact_mut(3).enumerate() {
             for (c, v) in out.iter_mut().enumerate() {
                 *v = f(element * components + c.min(components - 1)) as f32;
             }
         }
+    };
+    let shape = |f: &dyn Fn(usize) -> f64| -> Matrix<f32> {
+        let mut m = Matrix::zeros(all_bins, sky.len(), 3);
+        fill(m.data_mut(), f);
         m
     };
     let unit = CELL_CAPACITY / PATHS_PER_DISPATCH.min(options.paths) as f32;
     let whole = f64::from(unit) * f64::from(options.paths);
-    let work = f64::from(options.batches) * f64::from(options.paths);
-    for batch in 0..options.batches {
-        batch_cells.fill(0);
-        for first_path in (0..options.paths).step_by(paths_per_dispatch as usize) {
-            progress.update("daylight matrix", (f64::from(batch) * f64::from(options.paths) + f64::from(first_path)) / work);
-            if progress.stop_requested() {
-                return Err(cancelled());
+    let work = f64::from(options.batches) * f64::from(options.paths) * parts.len() as f64;
+    for (batch, part) in (0..options.batches).flat_map(|batch| (0..parts.len()).map(move |part| (batch, part))) {
+        // Each part has random numbers of its own.
+        let seed = options.seed.wrapping_add((part as u32).wrapping_mul(0x27d4_eb2f));
+        let mut make = |(batch_cells, statistics): &mut (Vec<u64>, TraceStatistics)| {
+            batch_cells.fill(0);
+            for first_path in (0..options.paths).step_by(paths_per_dispatch as usize) {
+                let before = f64::from(batch) * parts.len() as f64 + part as f64;
+                progress.update("daylight matrix", (before * f64::from(options.paths) + f64::from(first_path)) / work);
+                if progress.stop_requested() {
+                    return Err(cancelled());
+                }
+                let paths = paths_per_dispatch.min(options.paths - first_path);
+                let params = DaylightParams {
+                    seed: crate::kernels::trace::stream_seed(seed, batch, 0x6461_796c),
+                    first_path,
+                    paths,
+                    bins: bins as u32,
+                    window: part as u32,
+                    sky_bins: sky.len() as u32,
+                    sky_rows: (sky.rows().count() + 1) as u32,
+                    most_bounces: options.bounces.unwrap_or(u32::MAX),
+                    unit,
+                    roulette_weight: options.roulette_weight,
+                    row_height: sky.row_height() as f32,
+                    padding: 0,
+                };
+                let params = device.uniform("daylight parameters", &params)?;
+                device.write(&counters, &[Counters::default()])?;
+                device.write(&sums_buffer, &vec![0u32; 2 * cells])?;
+                let bind = kernel.bind(&trace_scene.bindings(&[
+                    ("params", &params),
+                    ("sky_rows", &rows),
+                    ("sums", &sums_buffer),
+                    ("counters", &counters),
+                ]))?;
+                device.dispatch(&kernel, &bind, [paths.div_ceil(64), bins as u32, 1])?;
+                let found = device.read::<Counters>(&counters)?[0];
+                let started = u64::from(paths) * bins as u64;
+                check_finished(&found, started, "daylight paths")?;
+                statistics.paths += started;
+                statistics.segments += u64::from(found.segments);
+                for (cell, &units) in batch_cells.iter_mut().zip(&device.read::<u32>(&sums_buffer)?) {
+                    *cell += u64::from(units);
+                }
             }
-            let paths = paths_per_dispatch.min(options.paths - first_path);
-            let params = DaylightParams {
-                seed: crate::kernels::trace::stream_seed(options.seed, batch, 0x6461_796c),
-                first_path,
-                paths,
-                bins: bins as u32,
-                window: 0,
-                sky_bins: sky.len() as u32,
-                sky_rows: (sky.rows().count() + 1) as u32,
-                most_bounces: options.bounces.unwrap_or(u32::MAX),
-                unit,
-                roulette_weight: options.roulette_weight,
-                row_height: sky.row_height() as f32,
-                padding: 0,
-            };
-            let params = device.uniform("daylight parameters", &params)?;
-            device.write(&counters, &[Counters::default()])?;
-            device.write(&sums_buffer, &vec![0u32; 2 * cells])?;
-            let bind = kernel.bind(&trace_scene.bindings(&[
-                ("params", &params),
-                ("sky_rows", &rows),
-                ("sums", &sums_buffer),
-                ("counters", &counters),
-            ]))?;
-            device.dispatch(&kernel, &bind, [paths.div_ceil(64), bins as u32, 1])?;
-            let found = device.read::<Counters>(&counters)?[0];
-            let started = u64::from(paths) * bins as u64;
-            check_finished(&found, started, "daylight paths")?;
-            statistics.paths += started;
-            statistics.segments += u64::from(found.segments);
-            for (cell, &units) in batch_cells.iter_mut().zip(&device.read::<u32>(&sums_buffer)?) {
-                *cell += u64::from(units);
-            }
-        }
-        for cell in 0..cells {
-            let direct = batch_cells[cell] as f64 / whole;
-            let total = direct + batch_cells[cells + cell] as f64 / whole;
-            direct_sum[cell] += direct;
-            sum[cell] += total;
-            squares[cell] += total * total;
+            Ok(())
+        };
+        let unit_name = format!("batch {batch} of part {part}");
+        trace::unit(progress, &unit_name, &mut state, &mut make, &|(cells, statistics), values| {
+            values.pass(cells)?;
+            values.pass_work(statistics)
+        })?;
+        let batch_cells = &state.0;
+        let direct = |cell: usize| batch_cells[cell] as f64 / whole;
+        let total = |cell: usize| direct(cell) + batch_cells[cells + cell] as f64 / whole;
+        for (cell, at) in (part * cells..(part + 1) * cells).enumerate() {
+            let total = total(cell);
+            direct_sum[at] += direct(cell);
+            sum[at] += total;
+            squares[at] += total * total;
         }
         if options.keep_batches {
-            let direct = |cell: usize| batch_cells[cell] as f64 / whole;
-            let total = shape(&|cell| direct(cell) + batch_cells[cells + cell] as f64 / whole);
-            batches.push(TracedBatch { total, direct: shape(&direct), sunlit: None });
+            if part == 0 {
+                let none = || Matrix::zeros(all_bins, sky.len(), 3);
+                batches.push(TracedBatch { total: none(), direct: none(), sunlit: None });
+            }
+            let values = bins * sky.len() * 3;
+            let rows = part * values..(part + 1) * values;
+            let kept: &mut TracedBatch = &mut batches[batch as usize];
+            fill(&mut kept.total.data_mut()[rows.clone()], &total);
+            fill(&mut kept.direct.data_mut()[rows], &direct);
         }
     }
     progress.update("daylight matrix", 1.0);
@@ -246,10 +289,10 @@ fn compute_in_dispatches(
     let few = |bin: usize| {
         options.first_round && sum[row(bin)].iter().sum::<f64>() / components as f64 * f64::from(options.paths) < doubt::ENOUGH_HITS
     };
-    let doubted: Vec<bool> = (0..bins).map(few).collect();
+    let doubted: Vec<bool> = (0..all_bins).map(few).collect();
     // Half a path more to anywhere in the sky.
     let spread: Vec<f64> = (0..sky.len()).map(|p| doubt::half_a_hit(sky.solid_angle(p) / (4.0 * std::f64::consts::PI), paths)).collect();
-    for bin in (0..bins).filter(|b| doubted[*b]) {
+    for bin in (0..all_bins).filter(|b| doubted[*b]) {
         for (batch, deviation) in batches.iter_mut().zip(doubt::pattern(doubt::Part::OTHERS + bin, options.batches as usize)) {
             for (patch, error) in spread.iter().enumerate() {
                 batch.total.at_mut(bin, patch).iter_mut().for_each(|v| *v = (f64::from(*v) + error * deviation) as f32);
@@ -268,6 +311,6 @@ fn compute_in_dispatches(
             (spread + doubt_of(i).powi(2)).sqrt()
         }),
         batches,
-        statistics,
+        statistics: state.1,
     })
 }

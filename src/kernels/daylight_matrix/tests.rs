@@ -195,7 +195,9 @@ fn equal_seeds_give_equal_bits_in_any_number_of_dispatches() {
     let (scene, mut w) = street();
     w.basis = KlemsBasis::Quarter.into();
     let options = DaylightOptions { paths: 1000, batches: 3, ..DaylightOptions::default() };
-    let run = |options: &DaylightOptions, chunk| compute_in_dispatches(&device, &scene, &w, tregenza(), options, chunk, &Silent).unwrap();
+    let run = |options: &DaylightOptions, chunk| {
+        compute_in_dispatches(&device, &scene, std::slice::from_ref(&w), tregenza(), options, chunk, &Silent).unwrap()
+    };
     let whole = run(&options, PATHS_PER_DISPATCH);
     assert_eq!(whole.total, compute(&device, &scene, &w, tregenza(), &options, &Silent).unwrap().total);
     for chunk in [1000, 256, 97] {

@@ -78,6 +78,11 @@ impl BatchSums {
     pub fn sums(&self) -> &[f64] {
         &self.sums
     }
+
+    /// The same, to be set to what they were.
+    pub fn sums_mut(&mut self) -> &mut [f64] {
+        &mut self.sums
+    }
 }
 
 impl Batches {

@@ -6,6 +6,7 @@ use super::blocks::{BlockSums, Blocks};
 use super::source::{PixelSource, RGB};
 use crate::error::{Error, Result};
 use crate::glare::Analyser;
+use crate::gpu::allowed;
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -143,7 +144,7 @@ impl<'s> Stack<'s> {
                 self.rows.greatest.iter_mut().zip(&one.greatest).for_each(|(a, &b)| *a = a.max(f64::from(b)));
                 self.candidates += one.band.tiles.iter().map(|t| t.used).sum::<usize>();
                 bytes += one.band.bytes();
-                if bytes > self.options.memory {
+                if bytes > allowed(self.options.memory) {
                     kept = None;
                 }
                 if let Some(kept) = &mut kept {

@@ -5,7 +5,7 @@ use super::stack::Stack;
 use super::{Added, AddedLight, Additions, Detector, GlarePixels, Loaded, Pass, coefficients};
 use crate::error::{Error, Result};
 use crate::glare::{Disc, Glare, GlarePixels as Found, Indices, PEAK_LIMIT, Totals, detect, disc, veil};
-use crate::gpu::DEFAULT_MEMORY;
+use crate::gpu::{DEFAULT_MEMORY, allowed};
 use crate::kernels::product::reference::gamma;
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
@@ -103,7 +103,7 @@ pub fn year(view: &ReadyView<'_, '_>, request: &Year, progress: &dyn Progress) -
     let hours = check(stack, request)?;
     let pixel_bytes = GLARE_PIXEL_BYTES + if request.additions.is_some() { ADDITION_BYTES } else { 0 };
     let per_hour = stack.candidates().max(1) as u64 * pixel_bytes;
-    let by_memory = usize::try_from(request.memory / per_hour).unwrap_or(usize::MAX).clamp(1, MOST_HOURS);
+    let by_memory = usize::try_from(allowed(request.memory) / per_hour).unwrap_or(usize::MAX).clamp(1, MOST_HOURS);
     let per_pass = if request.hours_per_pass > 0 { by_memory.min(request.hours_per_pass) } else { by_memory };
     let work = Work { view, stack, request };
     let mut results = Vec::with_capacity(hours);

@@ -210,6 +210,15 @@ pub struct PixelRows {
     pub direct: Vec<f32>,
 }
 
+/// What is known of a picture before it is computed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct KnownPixels {
+    /// So many of the first pixels.
+    pub count: usize,
+    /// Whether light reaches any of them.
+    pub lit: bool,
+}
+
 /// Computes the view matrix of a picture and hands it over tile by tile, in order of the pixels, so
 /// that it never has to be in memory as a whole. Pixels outside the view are zero and cost
 /// nothing.
@@ -226,6 +235,24 @@ pub fn compute(
     progress: &dyn Progress,
     sink: &mut dyn FnMut(PixelRows) -> Result<()>,
 ) -> Result<TraceStatistics> {
+    go_on(device, scene, windows, raster, options, KnownPixels::default(), progress, sink)
+}
+
+/// The same without the first pixels, which are known; the others are what they would be with them.
+///
+/// # Errors
+/// As [`compute`].
+#[allow(clippy::too_many_arguments, reason = "each is a different thing")]
+pub fn go_on(
+    device: &Device,
+    scene: &Scene,
+    windows: &[Window],
+    raster: &Raster,
+    options: &ImageOptions,
+    known: KnownPixels,
+    progress: &dyn Progress,
+    sink: &mut dyn FnMut(PixelRows) -> Result<()>,
+) -> Result<TraceStatistics> {
     let o = options;
     if o.batches < 2 || o.subpixels < o.batches || o.window_samples == 0 || o.traced_every == 0 || o.light_paths == 0 {
         return Err(Error::new("a picture needs at least two batches, as many subpixels, and samples of everything"));
@@ -239,15 +266,17 @@ pub fn compute(
     let bins = tracer.tables.bins() as u64;
     let batches = u64::from(o.batches);
     let per_pixel = [batches * bins * 32, batches * bins * 12, batches * bins * 12, batches * bins * 12, u64::from(o.subpixels) * 32];
-    let plan = Plan::new(device, o.memory, raster.len(), &per_pixel, &[], 1)?.at_most(MOST_TILE_PIXELS);
+    let open = raster.len() - known.count;
+    let plan = Plan::new(device, o.memory, open, &per_pixel, &[], 1)?.at_most(MOST_TILE_PIXELS);
     let samples = PixelSamples::new(o.subpixels as usize, o.jitter, u64::from(o.seed))?;
-    let mut lit = false;
+    let mut lit = known.lit;
     for chunk in plan.chunks() {
-        progress.update("view matrix of the picture", chunk.first as f64 / raster.len() as f64);
+        let first = known.count + chunk.first;
+        progress.update("view matrix of the picture", first as f64 / raster.len() as f64);
         if progress.stop_requested() {
             return Err(cancelled());
         }
-        let rows = tracer.tile(raster, &samples, chunk.first, chunk.count, &mut statistics)?;
+        let rows = tracer.tile(raster, &samples, first, chunk.count, &mut statistics)?;
         lit |= rows.values.iter().any(|v| *v != 0.0);
         sink(rows)?;
     }

@@ -14,7 +14,7 @@ use super::{direct, paths};
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::TraceStatistics;
+use crate::kernels::trace::{TraceStatistics, Values, unit};
 use crate::progress::{Progress, cancelled};
 use crate::scene::Scene;
 use crate::scene::points::Sensor;
@@ -44,11 +44,11 @@ pub fn compute(
     }
     let around: Vec<DVec3> = sensors.iter().map(|s| s.position).collect();
     let tracer = SunTracer::new(device, scene, openings, &around, suns, options)?;
-    let mut result = SunMatrix::zeros(sensors.len(), suns.len());
+    let result = SunMatrix::zeros(sensors.len(), suns.len());
     if sensors.is_empty() || suns.is_empty() {
         return Ok(result);
     }
-    let mut statistics = TraceStatistics::default();
+    let mut state = (result, TraceStatistics::default());
     let receivers: Vec<Receiver> = sensors.iter().enumerate().map(|(i, s)| tracer.receiver(s, i)).collect();
     let shades = Shades::choose(&tracer, &receivers)?;
     let shares = |i: &usize| shades.as_ref().is_some_and(|(_, suited)| suited[*i]);
@@ -61,30 +61,41 @@ pub fn compute(
                 return Err(cancelled());
             }
             let rows = &rows[chunk.first..][..chunk.count];
-            let records: Vec<Receiver> = rows.iter().map(|i| receivers[*i]).collect();
-            let numbers: Vec<u32> = records.iter().map(|r| r.number).collect();
-            let buffer = device.upload("receivers of suns", &records)?;
-            add_tile(
-                &tracer,
-                &Tile { receivers: &buffer, numbers: &numbers, batch_stride: 0 },
-                rows,
-                scatters,
-                &mut result,
-                &mut statistics,
-            )?;
+            let mut make = |(result, statistics): &mut (SunMatrix, TraceStatistics)| {
+                let records: Vec<Receiver> = rows.iter().map(|i| receivers[*i]).collect();
+                let numbers: Vec<u32> = records.iter().map(|r| r.number).collect();
+                let buffer = device.upload("receivers of suns", &records)?;
+                let tile = Tile { receivers: &buffer, numbers: &numbers, batch_stride: 0 };
+                add_tile(&tracer, &tile, rows, scatters, result, statistics)
+            };
+            unit(progress, &format!("sensors {rows:?}"), &mut state, &mut make, &|state, values| pass(state, rows, values))?;
             done += chunk.count;
         }
     }
     if let Some((shades, _)) = &shades {
         let records: Vec<Receiver> = shared.iter().map(|i| receivers[*i]).collect();
-        shades.light(&shared, &records, &mut result, progress, &mut statistics)?;
+        let mut make =
+            |(result, statistics): &mut (SunMatrix, TraceStatistics)| shades.light(&shared, &records, result, progress, statistics);
+        unit(progress, "shades", &mut state, &mut make, &|state, values| pass(state, &shared, values))?;
     }
     if let Some(panes) = PaneLight::new(&tracer)? {
-        panes.add(&receivers, &mut result, progress, &mut statistics)?;
+        let mut make = |(result, statistics): &mut (SunMatrix, TraceStatistics)| panes.add(&receivers, result, progress, statistics);
+        let all: Vec<usize> = (0..sensors.len()).collect();
+        unit(progress, "panes", &mut state, &mut make, &|state, values| pass(state, &all, values))?;
     }
+    let (mut result, statistics) = state;
     result.statistics = statistics;
     progress.update("sun matrix", 1.0);
     Ok(result)
+}
+
+/// What a unit of work leaves behind, of these rows.
+fn pass((result, statistics): &mut (SunMatrix, TraceStatistics), rows: &[usize], values: &mut Values) -> Result<()> {
+    values.pass_work(statistics)?;
+    for matrix in [&mut result.total, &mut result.direct, &mut result.own_error, &mut result.shared_error] {
+        rows.iter().try_for_each(|&row| values.pass_rows(matrix, row..row + 1))?;
+    }
+    Ok(())
 }
 
 /// Adds what the receivers of a tile, which belong into these rows, get directly and by paths of their own.

@@ -17,7 +17,7 @@ use super::result::{Hits, SunMatrix, mean_and_variance};
 use super::shade_cells::{self, Cells, ShadeCell, strided};
 use super::tracer::{MOST_PAIRS, STRUCTS, SunTracer, SunVertex, Tile};
 use crate::error::Result;
-use crate::gpu::{Buffer, Kernel, Plan, Shader};
+use crate::gpu::{Buffer, Kernel, Plan, Shader, allowed};
 use crate::gpu_struct;
 use crate::kernels::light_paths::Receiver;
 use crate::kernels::trace::{self, TraceStatistics, stream_seed};
@@ -145,7 +145,7 @@ impl<'t, 'd> Shades<'t, 'd> {
         let cells = device.upload("cells of shades", &self.cells.records(&probabilities, self.points))?;
         let row = (self.tracer.components() + 1) * self.suns();
         let batches = o.batches as usize;
-        let most = (usize::try_from(o.memory).unwrap_or(usize::MAX) / (batches * sets * row * 4).max(1)).max(1);
+        let most = (usize::try_from(allowed(o.memory)).unwrap_or(usize::MAX) / (batches * sets * row * 4).max(1)).max(1);
         let steps = (batches * receivers.len().div_ceil(most)) as f64;
         for (tile, (some, rows)) in receivers.chunks(most).zip(rows.chunks(most)).enumerate() {
             let values = vec![0.0; batches * some.len() * sets * row];

@@ -21,6 +21,7 @@ pub(crate) mod reference;
 #[cfg(test)]
 pub(crate) mod rooms;
 mod tables;
+mod unit;
 
 pub(crate) use normalization::Normalization;
 pub(crate) use records::Counters;
@@ -30,6 +31,7 @@ pub(crate) use records::{
 pub use records::{Material, Ring, Window};
 pub use tables::WindowSurfaces;
 pub(crate) use tables::{TraceScene, TraceTables};
+pub(crate) use unit::{Values, unit};
 
 /// Path weight below which Russian roulette decides, unless a caller says otherwise (Radiance's `-lw`).
 pub const ROULETTE_WEIGHT: f32 = 0.05;

@@ -141,7 +141,8 @@ pub fn compute(
         &[bytes_per_sensor / 3 * 4, bytes_per_sensor, bytes_per_sensor / 3 * doubts::GATHERED as u64],
         &[],
         1,
-    )?;
+    )?
+    .at_most(options.sensors_at_once(bins));
     let mut done = 0;
     for chunk in plan.chunks() {
         let range = chunk.first..chunk.first + chunk.count;
@@ -149,7 +150,8 @@ pub fn compute(
             progress.update("view matrix", (done as f64 + part * chunk.count as f64) / rows as f64);
             if progress.stop_requested() { Err(cancelled()) } else { Ok(()) }
         };
-        tracer.compute_tile(&sensors[range.clone()], range.start, &mut result, &stage)?;
+        let mut make = |result: &mut TracedMatrix| tracer.compute_tile(&sensors[range.clone()], range.start, result, &stage);
+        trace::unit(progress, &format!("sensors {range:?}"), &mut result, &mut make, &|result, values| values.pass_traced(result, &range))?;
         done += chunk.count;
     }
     progress.update("view matrix", 1.0);

@@ -35,6 +35,21 @@ pub struct ViewOptions {
     pub memory: u64,
 }
 
+/// Rays to light paths' vertices of a tile of sensors, about: bounds the time of a unit that a stop may lose.
+const TILE_RAYS: usize = 1 << 24;
+/// Diffuse vertices of light paths that matter.
+const VERTICES: usize = 4;
+/// For fewer sensors at once the light paths themselves would be most of the work.
+const LEAST_TILE: usize = 256;
+
+impl ViewOptions {
+    /// Sensors of a tile, for so many bins.
+    pub(crate) fn sensors_at_once(&self, bins: usize) -> usize {
+        let rays = bins * self.batches as usize * self.visibility_rays as usize * VERTICES;
+        (TILE_RAYS / rays.max(1)).max(LEAST_TILE)
+    }
+}
+
 impl Default for ViewOptions {
     fn default() -> Self {
         Self {

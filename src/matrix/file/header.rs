@@ -2,6 +2,7 @@
 
 use super::{Format, Scalar};
 use crate::error::{Error, Result};
+use crate::limits::MATRIX_HEADER;
 use crate::text;
 use std::io::{BufRead, Read};
 
@@ -18,9 +19,6 @@ pub(in crate::matrix) struct Header {
     pub kept: Vec<String>,
 }
 
-/// Longest header that is read: rcontrib repeats its whole command line, so lines can be long.
-const HEADER_LIMIT: u64 = 16 << 20;
-
 impl Header {
     /// Reads up to and including the empty line; also gives the number of lines read.
     pub fn read(stream: &mut impl BufRead) -> Result<(Self, usize)> {
@@ -34,7 +32,7 @@ impl Header {
             colour_correction: [1.0; 3],
             kept: Vec::new(),
         };
-        let head = stream.fill_buf().map_err(|e| Error::new(e.to_string()))?;
+        let head = stream.fill_buf().map_err(|e| Error::stream(&e))?;
         if let Some(other) = text::Other::of(head) {
             return Err(other.instead_of("a matrix"));
         }
@@ -44,11 +42,11 @@ impl Header {
         if head.starts_with(b"\xef\xbb\xbf") {
             stream.consume(3);
         }
-        let mut limited = stream.take(HEADER_LIMIT);
+        let mut limited = stream.take(MATRIX_HEADER);
         let mut line = Vec::new();
         for number in 1.. {
             line.clear();
-            limited.read_until(b'\n', &mut line).map_err(|e| Error::new(e.to_string()).line(number))?;
+            limited.read_until(b'\n', &mut line).map_err(|e| Error::stream(&e).line(number))?;
             if line.last() != Some(&b'\n') {
                 return Err(not_a_matrix("it ends before the empty line that closes the header", number));
             }

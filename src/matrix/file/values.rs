@@ -47,7 +47,7 @@ impl<T: Scalar> Values<T> {
         let mut held = [0u8; 8];
         let mut holding = 0;
         loop {
-            let chunk = stream.fill_buf().map_err(|e| Error::new(e.to_string()))?;
+            let chunk = stream.fill_buf().map_err(|e| Error::stream(&e))?;
             if chunk.is_empty() {
                 break;
             }
@@ -87,7 +87,7 @@ impl<T: Scalar> Values<T> {
         let mut line = header_lines + 1;
         let mut word: Vec<u8> = Vec::new();
         loop {
-            let chunk = stream.fill_buf().map_err(|e| Error::new(e.to_string()).line(line))?;
+            let chunk = stream.fill_buf().map_err(|e| Error::stream(&e).line(line))?;
             if chunk.is_empty() {
                 break;
             }

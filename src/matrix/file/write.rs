@@ -24,7 +24,7 @@ pub fn write_matrix<T: Scalar>(path: Option<&Path>, matrix: &Matrix<T>, format: 
         _ => {
             let mut out = std::io::BufWriter::with_capacity(1 << 20, std::io::stdout().lock());
             write_matrix_to(&mut out, matrix, format, header)
-                .and_then(|()| out.flush().map_err(|e| Error::new(e.to_string())))
+                .and_then(|()| out.flush().map_err(|e| Error::stream(&e)))
                 .map_err(|e| e.file("standard output"))
         }
     }
@@ -36,7 +36,7 @@ pub fn write_matrix<T: Scalar>(path: Option<&Path>, matrix: &Matrix<T>, format: 
 /// # Errors
 /// As [`write_matrix`], without the file's name.
 pub fn write_matrix_to<T: Scalar>(out: &mut dyn Write, matrix: &Matrix<T>, format: Format, header: &[String]) -> Result<()> {
-    let failed = |e: std::io::Error| Error::new(e.to_string());
+    let failed = |e: std::io::Error| Error::stream(&e);
     let shape = [matrix.rows(), matrix.cols(), matrix.components()];
     out.write_all(header_text(shape, format, header)?.as_bytes()).map_err(failed)?;
     let row_len = matrix.cols() * matrix.components();
@@ -77,5 +77,5 @@ pub fn write_matrix_to<T: Scalar>(out: &mut dyn Write, matrix: &Matrix<T>, forma
 /// As [`write_matrix_to`].
 pub fn write_float_header(out: &mut dyn Write, [rows, cols, components]: [usize; 3], header: &[String]) -> Result<()> {
     let text = header_text([rows, cols, components], Format::Float, header)?;
-    out.write_all(text.as_bytes()).map_err(|e| Error::new(e.to_string()))
+    out.write_all(text.as_bytes()).map_err(|e| Error::stream(&e))
 }

@@ -29,6 +29,8 @@ mod reader;
 mod windows;
 
 pub use assets::ModelView;
+pub(crate) use modifiers::basis_of;
+pub(crate) use windows::unique as unique_name;
 pub use windows::{ModelGlazing, ModelWindow};
 
 use super::Scene;

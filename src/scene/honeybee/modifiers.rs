@@ -261,7 +261,7 @@ impl<'a> Modifiers<'a> {
 ///
 /// # Errors
 /// Data without visible transmission, or of other directions.
-pub(super) fn basis_of(data: &Bsdf) -> Result<&'static str> {
+pub(crate) fn basis_of(data: &Bsdf) -> Result<&'static str> {
     let bins = bsdf::transmission_matrix(data)?.rows();
     let named = KLEMS.into_iter().find(|(basis, _)| AngleBasis::from(*basis).len() == bins);
     named.map(|(_, word)| word).ok_or_else(|| {

@@ -126,7 +126,7 @@ fn orientation(normal: DVec3) -> &'static str {
 }
 
 /// A name that can be part of a file's, and that no other has (capitals do not count).
-pub(super) fn unique(wanted: &str, taken: &mut HashSet<String>) -> String {
+pub(crate) fn unique(wanted: &str, taken: &mut HashSet<String>) -> String {
     let allowed = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ') { c } else { '_' };
     let plain: String = wanted.trim_start_matches('.').chars().map(allowed).take(LONGEST_NAME).collect();
     let plain = if plain.is_empty() { "unnamed".to_string() } else { plain };

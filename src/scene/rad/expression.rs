@@ -5,19 +5,14 @@
 //! met is not constant, and the caller says so.
 
 use crate::error::{Error, Result};
+use crate::limits::{EXPRESSION_PARTS, EXPRESSION_STEPS};
 use crate::units::BRIGHTNESS_WEIGHTS;
 use std::cell::Cell;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
-/// Parts of one expression: keeps what walks through it off the end of the stack.
-const MOST_PARTS: usize = 400;
-
 /// Parts of formulas inside each other, through the functions they call.
 const DEEPEST: usize = 1500;
-
-/// Steps of one evaluation.
-const MOST_STEPS: usize = 1 << 20;
 
 #[derive(Debug, Clone, PartialEq)]
 enum Node {
@@ -113,7 +108,7 @@ impl Run<'_> {
 
     fn evaluate(&self, node: &Node, locals: &[(&str, f64)], depth: usize) -> Option<f64> {
         self.steps.set(self.steps.get() + 1);
-        if self.steps.get() > MOST_STEPS || depth > DEEPEST {
+        if self.steps.get() > EXPRESSION_STEPS || depth > DEEPEST {
             self.endless.set(true);
             return None;
         }
@@ -289,8 +284,8 @@ impl<'a> Parser<'a> {
 
     fn part(&mut self) -> Result<()> {
         self.parts += 1;
-        if self.parts > MOST_PARTS {
-            return Err(Error::new(format!("a formula has more than {MOST_PARTS} parts")).help("write a shorter one"));
+        if self.parts > EXPRESSION_PARTS {
+            return Err(Error::new(format!("a formula has more than {EXPRESSION_PARTS} parts")).help("write a shorter one"));
         }
         Ok(())
     }

@@ -20,6 +20,7 @@
 //! | brightfunc, colorfunc of constants; colorpict | their value; the picture's mean, with a warning |
 //! | other patterns | an error where a surface uses them |
 //! | texfunc, texdata | left out with a warning |
+//! | `BSDF`, `aBSDF` of a project without windows | windows ([`windows`](super::windows)), if indoors lies on one side |
 //! | `BSDF` with a thickness, in a shade | `ProxiedPane` |
 //! | antimatter, instance, mesh, any other material or mixture | an error where a surface uses it |
 //!
@@ -38,6 +39,7 @@ mod patterns;
 mod polygons;
 mod proxies;
 mod reader;
+mod scattering;
 mod shares;
 mod surfaces;
 mod sweeps;
@@ -48,6 +50,7 @@ mod xform;
 
 pub(super) use polygons::{MadeOf, read_polygons};
 pub(crate) use proxies::ProxiedPane;
+pub(crate) use scattering::ScatteringData;
 pub(super) use syntax::shortened;
 pub use windows::read_windows;
 
@@ -86,20 +89,29 @@ pub(crate) fn read_shade(files: &[PathBuf], base: &Path, warnings: &mut Warnings
 /// Anything wrong in the files, with file, line and object; commands that are not known here;
 /// materials this program does not know, where a surface uses them.
 pub fn read_scene(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<Scene> {
-    read_scene_and_definitions(files, base, warnings).map(|(scene, _)| scene)
+    read_scene_and_definitions(files, base, false, warnings).map(|read| read.scene)
 }
 
-/// As [`read_scene`], with the modifiers that stand at the end of the last file, for surfaces of other formats.
+/// A scene with what other readers need of it.
+pub(super) struct Read {
+    pub scene: Scene,
+    /// Modifiers that stand at the end of the last file, for surfaces of other formats.
+    pub definitions: Definitions,
+    /// Scattering data of surfaces, if they were asked for; else a surface of them is an error.
+    pub scattering: Vec<ScatteringData>,
+}
+
+/// As [`read_scene`], with what other readers need of it.
 ///
 /// # Errors
 /// As [`read_scene`].
-pub(super) fn read_scene_and_definitions(files: &[PathBuf], base: &Path, warnings: &mut Warnings) -> Result<(Scene, Definitions)> {
-    let mut sink = SceneSink::new(base);
+pub(super) fn read_scene_and_definitions(files: &[PathBuf], base: &Path, scattering: bool, warnings: &mut Warnings) -> Result<Read> {
+    let mut sink = SceneSink { scattering: scattering.then(Vec::new), ..SceneSink::new(base) };
     let mut reader = Reader::new(base);
     for file in files {
         reader.read(file, &mut sink, warnings)?;
     }
-    Ok((sink.scene, Definitions(sink.modifiers)))
+    Ok(Read { scene: sink.scene, definitions: Definitions(sink.modifiers), scattering: sink.scattering.unwrap_or_default() })
 }
 
 /// Modifiers that files define.
@@ -150,13 +162,35 @@ struct SceneSink {
     modifiers: Modifiers,
     /// Where panes that stand for geometry go, if they are known here.
     proxies: Option<Vec<ProxiedPane>>,
+    /// Where scattering data of surfaces go, if they are known here.
+    scattering: Option<Vec<ScatteringData>>,
+    /// Folder of files that definitions name.
+    base: PathBuf,
     /// Whether it was said that the scene's sky is left out.
     sky_told: bool,
 }
 
 impl SceneSink {
     fn new(base: &Path) -> Self {
-        Self { scene: Scene::default(), modifiers: Modifiers::new(base), proxies: None, sky_told: false }
+        let (modifiers, base) = (Modifiers::new(base), base.to_path_buf());
+        Self { scene: Scene::default(), modifiers, proxies: None, scattering: None, base, sky_told: false }
+    }
+
+    /// The material that stands for the scattering data of a definition, if it is one and they are known here.
+    fn scattering(&mut self, definition: Option<&Rc<definition::Definition>>, placement: &Placement) -> Result<Option<MaterialIndex>> {
+        let (Some(known), Some(definition)) = (&mut self.scattering, definition) else { return Ok(None) };
+        if definition.scattering_data().is_none() {
+            return Ok(None);
+        }
+        let data = scattering::read(definition, &self.base, placement).map_err(|e| definition.at(e))?;
+        let same = |k: &&ScatteringData| ScatteringData { material: data.material, ..(*k).clone() } == data;
+        if let Some(k) = known.iter().find(same) {
+            return Ok(Some(k.material));
+        }
+        let material = MaterialIndex(self.scene.materials.len() as u32);
+        self.scene.materials.push(Material { name: definition.name.clone(), kind: MaterialKind::Void });
+        known.push(ScatteringData { material, ..data });
+        Ok(Some(material))
     }
 }
 
@@ -213,7 +247,10 @@ impl Sink for SceneSink {
                     return Err(at(Error::new(format!("it is made of `{word}` ('{modifier_name}'), which takes other surfaces away"))
                         .help("cut the opening into the polygons that it takes away from (write the hole as a seam), and leave this surface out")));
                 }
-                let material = self.modifiers.material(modifier.as_ref(), &mut self.scene.materials, warnings).map_err(at)?;
+                let material = match self.scattering(modifier.as_ref(), placement)? {
+                    Some(material) => material,
+                    None => self.modifiers.material(modifier.as_ref(), &mut self.scene.materials, warnings).map_err(at)?,
+                };
                 if self.scene.triangles.len() + triangles.len() > limits::TRIANGLES {
                     return Err(at(limits::exceeded("the scene has", limits::TRIANGLES, "triangles")
                         .help("use smaller arrays and fewer curved surfaces")));

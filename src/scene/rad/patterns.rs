@@ -86,8 +86,8 @@ pub(super) fn constant(object: &Object, formula: &str, given: &dyn Fn(&str, &[f6
     Ok(Definitions::default().value(formula, &known)?.filter(|v| v.is_finite()))
 }
 
-/// A file of a pattern: beside the scene file that names it, or in the working folder.
-fn find(name: &str, file: &Path, base: &Path) -> Result<PathBuf> {
+/// A file that a definition names: beside the scene file that names it, or in the working folder.
+pub(super) fn find(name: &str, file: &Path, base: &Path) -> Result<PathBuf> {
     let beside = file.parent().unwrap_or(Path::new("")).join(name);
     let working = base.join(name);
     [working, beside.clone()].into_iter().find(|p| p.is_file()).ok_or_else(|| {

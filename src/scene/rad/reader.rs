@@ -43,12 +43,14 @@ pub(super) struct Reader<'a> {
     chain: Vec<Rc<Path>>,
     statements: usize,
     copies: usize,
+    /// How often the file that is being read appears, by the arrays around it.
+    within: usize,
 }
 
 impl<'a> Reader<'a> {
     /// A reader that resolves paths against the folder `base`.
     pub(super) fn new(base: &'a Path) -> Self {
-        Self { base, parsed: HashMap::new(), chain: Vec::new(), statements: 0, copies: 0 }
+        Self { base, parsed: HashMap::new(), chain: Vec::new(), statements: 0, copies: 0, within: 1 }
     }
 
     /// Reads a file and all it includes.
@@ -100,9 +102,11 @@ impl<'a> Reader<'a> {
                     if let Source::Generator(Generator { objects }) | Source::Sky(objects) = &mut pipeline.source {
                         objects.iter_mut().for_each(|object| object.line = *line);
                     }
-                    self.count_copies(&pipeline).map_err(at)?;
+                    let around = self.within;
+                    self.within = self.count_copies(&pipeline).map_err(at)?;
                     let filters: Vec<Vec<Placement>> = pipeline.filters.iter().rev().map(Xform::copies).collect();
                     self.filtered(&pipeline.source, &filters, placement, &file, sink, warnings).map_err(at)?;
+                    self.within = around;
                 }
             }
         }
@@ -173,19 +177,21 @@ impl<'a> Reader<'a> {
             .help("correct the path; it is relative to the working folder or to the folder of the file that names it"))
     }
 
-    /// Counts the copies that a line makes before they are made.
-    fn count_copies(&mut self, pipeline: &Pipeline) -> Result<()> {
-        let of_files = match &pipeline.source {
-            Source::Files(xform) => xform.count().saturating_mul(xform.files.len()),
-            Source::Generator(_) | Source::Sky(_) => 1,
+    /// Counts the copies that a line makes before they are made, also those that it makes in the other copies of its
+    /// file. Returns how often a file that it names appears.
+    fn count_copies(&mut self, pipeline: &Pipeline) -> Result<usize> {
+        let (each, files) = match &pipeline.source {
+            Source::Files(xform) => (xform.count(), xform.files.len()),
+            Source::Generator(_) | Source::Sky(_) => (1, 1),
         };
-        let copies = pipeline.filters.iter().fold(of_files, |n, filter| n.saturating_mul(filter.count()));
-        self.copies = self.copies.saturating_add(copies);
-        if self.copies > limits::COPIES {
+        let each = pipeline.filters.iter().fold(each, |n, filter| n.saturating_mul(filter.count()));
+        let of_all = each.saturating_mul(self.within);
+        self.copies = self.copies.saturating_add(each.saturating_mul(files));
+        if self.copies.max(of_all.saturating_mul(files)) > limits::COPIES {
             return Err(limits::exceeded("the scene consists of", limits::COPIES, "copies of files and boxes")
                 .help("use smaller arrays (-a), and fewer of them within each other"));
         }
-        Ok(())
+        Ok(of_all)
     }
 
     fn count(&mut self, file: &Path, statement: &Statement) -> Result<()> {

@@ -82,7 +82,8 @@ pub(super) enum Statement {
 pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Vec<Statement>> {
     let help = "give `.rad` files";
     if bytes.starts_with(b"#?RADIANCE") && text::Other::of(bytes).is_none() {
-        return Err(Error::new("this is an octree, a picture or a matrix, not a scene description").file(file).help(help));
+        let help = "give the `.rad` files that an octree was made from, the OBJ file of a compiled mesh (obj2mesh)";
+        return Err(Error::new("this is an octree, a compiled mesh, a picture or a matrix, not a scene description").file(file).help(help));
     }
     let text = text::decode(bytes, "a scene description").map_err(|e| e.file(file).help(help))?;
     let text = text.as_bytes();

@@ -123,7 +123,10 @@ const UNSUPPORTED: [(&str, &str); 17] = [
     ("mixpict", MIXTURE),
     ("mixtext", MIXTURE),
     ("instance", "an octree is not read: give the `.rad` files that it was made from, placed with `!xform`"),
-    ("mesh", "a compiled mesh is not read: give the OBJ file that `obj2mesh` made it from as polygons (`obj2rad` makes them), or as glTF"),
+    (
+        "mesh",
+        "a compiled mesh is not read: name the OBJ file that `obj2mesh` made it from among the scene's files; its materials are those of the .rad files",
+    ),
 ];
 
 impl ObjectType {

@@ -1,4 +1,4 @@
-//! Plane panes of glass of a scene, which may be its windows.
+//! Plane panes of a scene, which may be its windows.
 
 use super::{IN_PLANE, WindowBuilder, area_vector};
 use crate::error::{Result, Warnings};
@@ -36,12 +36,14 @@ impl Panes {
         first.cloned().unwrap_or(SurfaceOrigin { name: "glass".into(), file: "scene".into(), line: 1 })
     }
 
-    /// The window that they are, with its normal into the room: along the panes' normal, or against it.
+    /// The window that they are, with its normal into the room: along the panes' normal, or against it. `parameters` are
+    /// those of rfluxmtx.
     ///
     /// # Errors
     /// As for windows of a file.
-    pub(crate) fn window(&self, scene: &Scene, name: &str, along: bool, warnings: &mut Warnings) -> Result<Window> {
+    pub(crate) fn window(&self, scene: &Scene, name: &str, along: bool, parameters: &str, warnings: &mut Warnings) -> Result<Window> {
         let mut builder = WindowBuilder::new(name.to_string(), self.origin(scene));
+        builder.parameters(parameters)?;
         for (surface, triangles) in &self.surfaces {
             let turned = |t: &[DVec3; 3]| if along { *t } else { [t[0], t[2], t[1]] };
             let origin = scene.surfaces.get(*surface as usize).cloned().unwrap_or_else(|| self.origin(scene));
@@ -55,12 +57,12 @@ impl Panes {
 const MOST_PLANES: usize = 12;
 
 impl Scene {
-    /// The panes of glass, by plane and material; surfaces of glass that are curved are told apart.
-    pub(crate) fn plane_panes(&self) -> (Vec<Panes>, Vec<u32>) {
+    /// The panes of glass and of other materials, by plane and material; their surfaces that are curved are told apart.
+    pub(crate) fn plane_panes(&self, others: &[MaterialIndex]) -> (Vec<Panes>, Vec<u32>) {
         let mut by_surface: BTreeMap<(u32, MaterialIndex), Vec<usize>> = BTreeMap::new();
         for (i, triangle) in self.triangles.iter().enumerate() {
             let is_glass = matches!(self.materials[triangle.material.0 as usize].kind, MaterialKind::Glass { .. });
-            if is_glass && area_vector(&triangle.vertices).length() > 0.0 {
+            if (is_glass || others.contains(&triangle.material)) && area_vector(&triangle.vertices).length() > 0.0 {
                 by_surface.entry((triangle.surface, triangle.material)).or_default().push(i);
             }
         }

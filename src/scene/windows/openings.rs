@@ -3,6 +3,7 @@
 use super::covering::Base;
 use super::{IN_PLANE, LITTLE, ONE_PANE, PARALLEL_DEG, part, percent};
 use crate::error::{Error, Result, Warnings};
+use crate::limits;
 use crate::scene::{MaterialKind, Scene, SurfaceOrigin, Triangle, Window};
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -48,14 +49,15 @@ impl Scene {
     /// Windows that lie in the same place, or behind each other by less than a tenth of their size.
     pub fn set_windows(&mut self, windows: &[Window], warnings: &mut Warnings) -> Result<()> {
         refuse_overlaps(windows)?;
-        let covers = self.cut_out(windows);
+        let covers = self.cut_out(windows)?;
         self.warn(windows, &covers, warnings);
         self.windows = windows.to_vec();
         Ok(())
     }
 
-    fn cut_out(&mut self, windows: &[Window]) -> BTreeMap<u32, BTreeMap<usize, Cover>> {
+    fn cut_out(&mut self, windows: &[Window]) -> Result<BTreeMap<u32, BTreeMap<usize, Cover>>> {
         let openings = openings(windows);
+        let mut pairs = Pairs::default();
         let parallel = PARALLEL_DEG.to_radians().cos();
         let mut covers: BTreeMap<u32, BTreeMap<usize, Cover>> = BTreeMap::new();
         let mut triangles = Vec::with_capacity(self.triangles.len());
@@ -65,6 +67,7 @@ impl Scene {
                 continue;
             }
             let mut parts = vec![triangle.vertices];
+            pairs.add(openings.len())?;
             for opening in openings.iter().filter(|o| o.base.overlap(&triangle.vertices, CLOSE * o.size).is_some()) {
                 let cut = |part: [DVec3; 3]| {
                     let Some(found) = opening.base.overlap(&part, CLOSE * opening.size) else { return vec![part] };
@@ -84,12 +87,14 @@ impl Scene {
                     }
                     vec![part]
                 };
+                // A wall with thousands of openings falls into thousands of parts.
+                pairs.add(parts.len())?;
                 parts = parts.into_iter().flat_map(cut).collect();
             }
             triangles.extend(parts.into_iter().map(|vertices| Triangle { vertices, ..*triangle }));
         }
         self.triangles = triangles;
-        covers
+        Ok(covers)
     }
 
     fn warn(&self, windows: &[Window], covers: &BTreeMap<u32, BTreeMap<usize, Cover>>, warnings: &mut Warnings) {
@@ -180,6 +185,21 @@ fn at(error: Error, origin: &SurfaceOrigin) -> Error {
     error.file(&origin.file).line(origin.line).field(format!("surface '{}'", origin.name))
 }
 
+/// Counts pairs that are looked at.
+#[derive(Default)]
+struct Pairs(usize);
+
+impl Pairs {
+    fn add(&mut self, more: usize) -> Result<()> {
+        self.0 = self.0.saturating_add(more);
+        if self.0 <= limits::COVERING_PAIRS {
+            return Ok(());
+        }
+        Err(limits::exceeded("windows and surfaces are", limits::COVERING_PAIRS, "pairs, each of which may cover the other")
+            .help("join the openings of a façade into fewer and larger polygons, cut them out of the walls, or simplify the scene"))
+    }
+}
+
 pub(super) fn openings(windows: &[Window]) -> Vec<Opening> {
     let opening = |(number, window): (usize, &Window)| {
         let size = window.area().sqrt();
@@ -200,6 +220,11 @@ fn into_room(triangle: &[DVec3; 3], window: &Window) -> [DVec3; 3] {
 
 /// Windows in the same place, or one behind the other.
 fn refuse_overlaps(windows: &[Window]) -> Result<()> {
+    let (mut pairs, mut before) = (Pairs::default(), 0usize);
+    for window in windows {
+        pairs.add(before.saturating_mul(window.triangles.len()))?;
+        before += window.triangles.len();
+    }
     let parallel = PARALLEL_DEG.to_radians().cos();
     for (i, first) in windows.iter().enumerate() {
         let bases: Vec<Base> = openings(std::slice::from_ref(first)).into_iter().map(|o| o.base).collect();
@@ -230,4 +255,18 @@ fn refuse_overlaps(windows: &[Window]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_pairs_than_can_be_looked_at_are_refused() {
+        let mut pairs = Pairs::default();
+        pairs.add(limits::COVERING_PAIRS).unwrap();
+        let error = pairs.add(1).unwrap_err().to_string();
+        assert!(error.contains("join the openings of a façade"), "{error}");
+        assert!(Pairs(1).add(usize::MAX).is_err());
+    }
 }

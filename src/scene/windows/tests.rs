@@ -190,3 +190,19 @@ fn two_windows_in_one_place_are_refused() {
         assert_eq!((windows.len(), warnings.len()), (2, 0), "{second}: {warnings:?}");
     }
 }
+
+#[test]
+fn a_wall_of_thousands_of_openings_counts_each_once() {
+    let square = |x: f64, z: f64| format!("glazing:s {x} 0 {z}  {x} 0 {}  {} 0 {}  {} 0 {z}", z + 0.8, x + 0.8, z + 0.8, x + 0.8);
+    let grid: Vec<(f64, f64)> = (0..60).flat_map(|i| (0..60).map(move |k| (f64::from(i), f64::from(k)))).collect();
+    // Some again, some shifted by half of their width.
+    let again = grid.iter().step_by(100).copied();
+    let shifted = grid.iter().skip(1800).step_by(500).map(|(x, z)| (x + 0.4, *z));
+    let lines: Vec<String> = grid.iter().copied().chain(again).chain(shifted).map(|(x, z)| square(x, z)).collect();
+    let (_, windows, warnings) = read(&[], &lines.iter().map(String::as_str).collect::<Vec<_>>());
+    // A shifted one adds the gap of 0.2 m between two openings.
+    let (count, added) = (3600.0 * 0.64, 4.0 * 0.2 * 0.8);
+    assert!((windows[0].area() - count - added).abs() < 1e-6, "{}", windows[0].area());
+    // Of each kind of warning the first are kept.
+    assert!(warnings.len() >= 20 && warnings.iter().any(|w| w.contains("lies in the same place")), "{}", warnings.len());
+}

@@ -94,6 +94,9 @@ impl Filled {
     /// What it is, for people.
     pub(super) fn describe(&self, section: &WindowSection) -> String {
         match (self, &section.filling) {
+            (Self::Glass(pane), Filling::SceneGlass) if section.found.is_some() => {
+                format!("glass of the scene '{}', {}", section.name, describe(pane))
+            }
             (Self::Glass(pane), Filling::SceneGlass) => format!("the scene's glass, {}", describe(pane)),
             (Self::Glass(pane), _) => describe(pane),
             (Self::Layers(_), Filling::Layers(words)) => format!("layers {}", words.join(" | ")),

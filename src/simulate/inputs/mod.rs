@@ -1,12 +1,13 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 pub(crate) mod filling;
-mod found;
+mod given_sky;
 pub(crate) mod glazing;
 pub(crate) mod grids;
 pub(crate) mod import;
 pub mod mirrors;
 mod models;
+pub mod parts;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
@@ -92,9 +93,13 @@ impl Inputs {
     /// What is wrong in which file; windows whose basis is not their BSDF's, or that face away
     /// from every sensor.
     pub fn read(project: &Project, warnings: &mut Warnings) -> Result<Self> {
-        let glazing = glazing::glazing(project)?;
-        project.check_phases(project.choice(&glazing).phases)?;
+        let mut glazing = glazing::glazing(project)?;
+        let choice = project.choice(&glazing);
+        project.check_phases(choice.phases)?;
         let weather = project.weather.load(warnings)?;
+        if let Some(sky) = &weather.given {
+            glazing.sky = given_sky::check(project, &choice, sky)?;
+        }
         check_steps(project, &weather, warnings)?;
         let mut scene = read_scene(project, warnings)?;
         let mut windows = Vec::new();
@@ -102,11 +107,8 @@ impl Inputs {
         for section in &project.windows {
             windows.extend(read_windows(project, section, patches, &mut scene, warnings)?);
         }
-        let mut glass_left = Vec::new();
-        if project.windows.is_empty() {
-            let found = found::find(&mut scene, warnings)?;
-            (windows, glass_left) = (found.windows, found.left);
-        }
+        let glass_left = project.found.left.clone();
+        project.found.warnings.iter().for_each(|w| warnings.push(w.clone()));
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
@@ -125,7 +127,8 @@ impl Inputs {
         let seem_dark = reach::seem_dark(&scene, light, &everywhere);
         reach::warn(&sensors, &seem_dark, direct, warnings);
         models::warn(project, warnings)?;
-        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        let mut inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        parts::divide(project, &mut inputs)?;
         if project.output.quantity.is_solar() {
             inputs.warn_of_solar(project, warnings);
         }
@@ -208,14 +211,20 @@ impl Inputs {
         project.method.sky.unwrap_or(self.glazing.sky)
     }
 
-    /// Number of bins of all windows: columns of V.
+    /// Number of bins of all parts of all windows: columns of V.
     pub fn bins(&self) -> usize {
-        self.windows.iter().map(|w| w.window.basis.len()).sum()
+        self.windows.iter().map(ProjectWindow::bins).sum()
     }
 
-    /// The windows' geometry, in the order of V's columns.
+    /// The parts of the windows, in the order of V's columns.
     pub fn geometry(&self) -> Vec<Window> {
-        self.windows.iter().map(|w| w.window.clone()).collect()
+        self.windows.iter().flat_map(|w| w.parts.clone()).collect()
+    }
+
+    /// How many parts a window's bin is divided into, on average.
+    pub(crate) fn mean_parts(&self) -> usize {
+        let whole: usize = self.windows.iter().map(|w| w.window.basis.len()).sum();
+        (self.bins() / whole.max(1)).max(1)
     }
 
     /// T of every window.
@@ -330,7 +339,13 @@ pub fn read_scene(project: &Project, warnings: &mut Warnings) -> Result<Scene> {
     // Commands inside scene files may name files relative to the project's folder.
     let base = project.folder();
     let files: Vec<PathBuf> = project.scene.files.iter().map(|f| f.strip_prefix(base).unwrap_or(f).to_path_buf()).collect();
-    scene::read_scene(&files, base, warnings)
+    if !project.windows.iter().any(|w| w.found.is_some()) {
+        return scene::read_scene(&files, base, warnings);
+    }
+    // All scattering data are windows: else they would have been refused.
+    let (mut scene, scattering) = scene::read_scene_and_scattering(&files, base, warnings)?;
+    scene.triangles.retain(|t| scattering.iter().all(|s| s.material != t.material));
+    Ok(scene)
 }
 
 fn read_group(

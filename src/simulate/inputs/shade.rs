@@ -97,6 +97,10 @@ impl Shade {
 /// The material that a window's own polygons have, by the project's scene files and the window's own; nothing if it is
 /// not defined there.
 pub(super) fn own_material(project: &Project, section: &WindowSection, window: &Window) -> Option<MaterialKind> {
+    if section.found.is_some() {
+        // Its pane was found in the scene.
+        return None;
+    }
     let base = project.folder();
     let relative = |f: &PathBuf| f.strip_prefix(base).unwrap_or(f).to_path_buf();
     let file = scene::split_part(&section.surface).0;

@@ -77,6 +77,12 @@ impl SunSet {
     /// # Errors
     /// As [`sun_hours`].
     pub(crate) fn of(weather: &Weather, scheme: SunScheme, windows: &[Window], quantity: Quantity) -> Result<Self> {
+        // A sky made elsewhere has its suns where it has them.
+        let given = weather.given.as_ref().and_then(|sky| sky.suns.as_ref());
+        let scheme = match given {
+            Some((subdivision, _)) => SunScheme::Patches(ReinhartSky::new(*subdivision)?),
+            None => scheme,
+        };
         let subdivision = match scheme {
             SunScheme::Patches(sky) => sky.subdivision(),
             SunScheme::Hourly { .. } => 1,

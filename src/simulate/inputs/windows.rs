@@ -2,6 +2,7 @@
 
 use super::filling::{Filled, checked, in_colour};
 use super::import::Imported;
+use super::parts::Division;
 use super::shade::Shade;
 use crate::bsdf::{self, Component};
 use crate::error::{Error, Result, Warnings};
@@ -20,6 +21,11 @@ pub struct ProjectWindow {
     pub name: String,
     /// Geometry and basis.
     pub window: Window,
+    /// The parts over each of which V and D are averaged, of the same frame and basis; the window itself if it is
+    /// not divided.
+    pub parts: Vec<Window>,
+    /// Why these.
+    pub division: Division,
     /// T `[outgoing bin][incident bin]`, RGB; includes the projected solid angle of the incident
     /// bin (as dctimestep applies it).
     pub transmission: Matrix<f64>,
@@ -38,6 +44,11 @@ pub struct ProjectWindow {
 }
 
 impl ProjectWindow {
+    /// Bins of all its parts: columns of V and rows of D.
+    pub fn bins(&self) -> usize {
+        self.parts.len() * self.window.basis.len()
+    }
+
     /// Whether its sun is traced.
     pub fn is_sunny(&self) -> bool {
         self.shade.is_some() || self.pane.is_some()
@@ -49,6 +60,9 @@ impl ProjectWindow {
 /// # Errors
 /// What is wrong in which file.
 pub(crate) fn read_surfaces(project: &Project, section: &WindowSection, warnings: &mut Warnings) -> Result<Vec<Window>> {
+    if let Some(window) = &section.found {
+        return Ok(vec![window.clone()]);
+    }
     let base = project.folder();
     let mut surfaces = scene::read_windows(section.surface.strip_prefix(base).unwrap_or(&section.surface), base, warnings)?;
     // Of several windows in one file, the one that has the section's name is meant.
@@ -126,6 +140,8 @@ pub(super) fn read_windows(
         let daylight = section.daylight.as_ref().map(|d| Imported::load(d, bins, patches, shape)).transpose()?;
         windows.push(ProjectWindow {
             name,
+            parts: vec![window.clone()],
+            division: Division::of(section),
             window,
             transmission,
             made_of: filled.describe(section),

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::files::seal::write_sealed;
 use crate::glare::PixelGeometry;
 use crate::kernels::glare::BatchSums;
-use crate::kernels::image_matrix::{self, ImageOptions, PixelRows};
+use crate::kernels::image_matrix::{self, ImageOptions, KnownPixels, PixelRows};
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
 use crate::matrix::file::write_float_header;
@@ -91,38 +91,42 @@ impl ViewJob<'_> {
         let more =
             [format!("VIEW= {}", raster.camera().view().to_options()), format!("RESOLUTION=-Y {} +X {}", raster.height(), raster.width())];
         let header = header(inputs, "view matrix, rows pixels from the top left, columns the windows' bins", &more);
+        let stage =
+            self.context.store.stage(&format!("V_{}", self.view.name), *inputs.clone().add(&self.refinement), self.context.progress);
         let mut trace = |out: &mut dyn Write, direct: Option<&mut dyn Write>| {
             let mut direct = direct;
             write_float_header(out, [raster.len(), bins, 3], &header)?;
             if let Some(direct) = &mut direct {
                 write_float_header(*direct, [raster.len(), bins, 3], &header)?;
             }
-            let mut bytes = Vec::new();
+            let mut write = |tile: &Tile| -> Result<()> {
+                out.write_all(&tile.values).map_err(|e| Error::io(&path, &e))?;
+                if let Some(direct) = &mut direct {
+                    direct.write_all(&tile.direct).map_err(|e| Error::io(&direct_path, &e))?;
+                }
+                Ok(())
+            };
+            // What an earlier run finished.
+            let mut known = KnownPixels::default();
+            while let Some(bytes) = stage.journal().known()? {
+                let tile = Tile::of_bytes(&bytes, [bins, with_direct.into()], &mut sums)?;
+                write(&tile)?;
+                known.count += tile.values.len() / (bins * 12);
+                known.lit |= tile.values.iter().any(|v| *v != 0);
+            }
             let (batches, subpixels) = (self.options.batches * self.refinement, self.options.subpixels * self.refinement);
             let options = ImageOptions { batches, subpixels, ..self.options };
             let context = &self.context;
-            let found = image_matrix::compute(
-                context.device,
-                &context.inputs.scene,
-                self.windows,
-                &raster,
-                &options,
-                context.progress,
-                &mut |rows| {
-                    if let Some(geometry) = &geometry {
-                        add_batches(&mut sums, geometry, &rows, bins);
-                    }
-                    bytes.clear();
-                    bytes.extend(rows.values.iter().flat_map(|v| v.to_le_bytes()));
-                    out.write_all(&bytes).map_err(|e| Error::io(&path, &e))?;
-                    if let Some(direct) = &mut direct {
-                        bytes.clear();
-                        bytes.extend(rows.direct.iter().flat_map(|v| v.to_le_bytes()));
-                        direct.write_all(&bytes).map_err(|e| Error::io(&direct_path, &e))?;
-                    }
-                    Ok(())
-                },
-            )?;
+            let scene = &context.inputs.scene;
+            let found = image_matrix::go_on(context.device, scene, self.windows, &raster, &options, known, &stage, &mut |rows| {
+                if let Some(geometry) = &geometry {
+                    add_batches(&mut sums, geometry, &rows, bins);
+                }
+                let bytes = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect();
+                let tile = Tile { values: bytes(&rows.values), direct: bytes(&rows.direct) };
+                write(&tile)?;
+                stage.journal().add(&tile.into_bytes(&sums))
+            })?;
             statistics.add(found);
             Ok(())
         };
@@ -135,6 +139,7 @@ impl ViewJob<'_> {
             let values = sums.iter().flat_map(BatchSums::sums).map(|&v| (v / f64::from(self.refinement)) as f32).collect();
             self.keep_batches(values, (rows, bins), inputs)?;
         }
+        stage.finish();
         Ok((raster.len(), bins, false))
     }
 
@@ -152,6 +157,31 @@ impl ViewJob<'_> {
     /// Where the batches of the view matrix are kept, reduced to what the noise of glare needs.
     pub(crate) fn batches_path(&self) -> PathBuf {
         self.context.store.matrix_path(&format!("V_{}_batches", self.view.name))
+    }
+}
+
+/// Rows of some pixels as their files have them.
+struct Tile {
+    values: Vec<u8>,
+    direct: Vec<u8>,
+}
+
+impl Tile {
+    /// With the sums over all pixels so far.
+    fn into_bytes(self, sums: &[BatchSums]) -> Vec<u8> {
+        let sums = sums.iter().flat_map(BatchSums::sums).flat_map(|v| v.to_le_bytes());
+        sums.chain(self.values).chain(self.direct).collect()
+    }
+
+    /// Sets the sums to what they were.
+    fn of_bytes(bytes: &[u8], [bins, direct]: [usize; 2], sums: &mut [BatchSums]) -> Result<Self> {
+        let length = sums.iter().map(|s| s.sums().len() * 8).sum();
+        let whole = bytes.split_at_checked(length).filter(|(_, rows)| rows.len() % (bins * 12 * (1 + direct)) == 0);
+        let (of_sums, rows) = whole.ok_or_else(|| Error::new("a kept part of a picture has another size than the picture"))?;
+        let values = sums.iter_mut().flat_map(BatchSums::sums_mut);
+        values.zip(of_sums.as_chunks::<8>().0).for_each(|(value, bytes)| *value = f64::from_le_bytes(*bytes));
+        let (values, direct) = rows.split_at(rows.len() / (1 + direct));
+        Ok(Self { values: values.to_vec(), direct: direct.to_vec() })
     }
 }
 

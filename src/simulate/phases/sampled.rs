@@ -194,7 +194,7 @@ fn coefficient_source<'a>(context: &Context<'a>, glazed: &'a [GlazedWindow], sen
 fn view_source<'a>(context: &Context<'a>, windows: &'a [Window], sensors: &'a [Sensor], meter: &'a Meter) -> Result<Source<'a>> {
     let (device, project, inputs) = (context.device, context.project, context.inputs);
     let direct = context.choice.phases == 5;
-    let options = |round| ViewOptions { keep_batches: true, ..view_options(project, round) };
+    let options = |round| ViewOptions { keep_batches: true, ..view_options(project, inputs, round) };
     let mut fingerprint = context.view_fingerprint("V");
     fingerprint.add(&sensors).add(&options(0)).add(&direct);
     let given = import::view(inputs.sensors.iter().map(|g| (g.name.as_str(), g.view.as_ref())), inputs.bins())?;
@@ -220,31 +220,40 @@ fn daylight_source<'a>(context: &Context<'a>, number: usize, meter: &'a Meter) -
     let window = &inputs.windows[number];
     let sky = context.sky();
     let direct = context.choice.phases == 5;
-    let options = move |round| DaylightOptions { keep_batches: true, ..daylight_options(project, number, round) };
+    let options = move |round| DaylightOptions { keep_batches: true, ..daylight_options(project, inputs, number, round) };
     let mut fingerprint = context.scene_fingerprint("D");
-    fingerprint.add(&(&window.window.triangles, &window.window.frame, &window.window.basis)).add(&sky).add(&options(0)).add(&direct);
+    for part in &window.parts {
+        fingerprint.add(&(&part.triangles, &part.frame, &part.basis));
+    }
+    fingerprint.add(&sky).add(&options(0)).add(&direct);
     if let Some(given) = &window.daylight {
         given.mark(&mut fingerprint);
     }
     Source {
         name: format!("D_{}", window.name),
         inputs: fingerprint,
-        shape: (window.window.basis.len(), sky.len()),
+        shape: (window.bins(), sky.len()),
         keep_direct: direct,
         has_sunlit: false,
         trace: Box::new(move |round, progress: &dyn Progress| {
             meter.measure(
                 |s| &mut s.daylight,
-                || daylight_matrix::compute(device, &inputs.scene, &window.window, sky, &options(round), progress),
+                || daylight_matrix::compute_of_parts(device, &inputs.scene, &window.parts, sky, &options(round), progress),
             )
         }),
         exact: window.daylight.clone().map(Estimate::from).or_else(|| {
             (project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window)).then(|| {
-                let shares = unobstructed::compute(&window.window, sky);
+                let shares = repeated(unobstructed::compute(&window.window, sky), window.parts.len());
                 Estimate::exact(shares.clone(), shares)
             })
         }),
     }
+}
+
+/// The rows of a matrix so many times, one below the other.
+fn repeated(matrix: Matrix<f32>, times: usize) -> Matrix<f32> {
+    let (rows, cols) = (times * matrix.rows(), matrix.cols());
+    Matrix::from_data(rows, cols, matrix.components(), matrix.data().repeat(times)).expect("as many rows as values")
 }
 
 /// V of the views' eyes, taken for exact, where they alone tell how good D must be: in a project
@@ -256,7 +265,7 @@ fn eyes(context: &Context<'_>, stop: Stop, windows: &[Window], meter: &Meter) ->
         return Ok(None);
     }
     let sensors = project.views.iter().map(|v| v.eye()).collect::<Result<Vec<_>>>()?;
-    let options = view_options(project, 0);
+    let options = view_options(project, inputs, 0);
     let trace = || view_matrix::compute(context.device, &inputs.scene, windows, &sensors, &options, context.progress);
     let traced = meter.measure(|s| &mut s.view, trace)?;
     Ok(Some(Estimate::exact(traced.total, traced.direct)))
@@ -307,7 +316,7 @@ fn keep_daylight(
     for (suffix, matrix) in parts {
         let name = format!("{name}{suffix}");
         if !context.store.has_matrix(&name, inputs) {
-            context.store.save(&name, &matrix, inputs, "daylight matrix, rows the window's bins, columns patches")?;
+            context.store.save(&name, &matrix, inputs, "daylight matrix, rows the bins of the window's parts, columns patches")?;
         }
     }
     let t = window.transmission.map(|v| v as f32);

@@ -64,20 +64,22 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
         return Ok((matrix, false));
     }
     let scene = black_model(&inputs.scene, inputs.shades());
+    let stage = context.store.stage("C", fingerprint, context.progress);
     let mut matrix = if way == Way::Anywhere {
-        let mut matrix = compute(context.device, &scene, Openings::Anywhere, &sensors, &suns.suns, &options, context.progress)?;
-        matrix.add(&compute_suns(context.device, &inputs.scene, &glazed, &sensors, &suns.suns, &lights, context.progress)?);
+        let mut matrix = compute(context.device, &scene, Openings::Anywhere, &sensors, &suns.suns, &options, &stage)?;
+        matrix.add(&compute_suns(context.device, &inputs.scene, &glazed, &sensors, &suns.suns, &lights, &stage)?);
         matrix
     } else if shaded.is_empty() {
         SunMatrix::zeros(sensors.len(), suns.suns.len())
     } else {
-        compute(context.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, context.progress)?
+        compute(context.device, &scene, Openings::Shaded(&shaded), &sensors, &suns.suns, &options, &stage)?
     };
     if !panes.is_empty() && !suns.suns.is_empty() && !sensors.is_empty() {
         let openings = Openings::Panes(&panes);
-        matrix.add(&compute(context.device, &scene, openings, &sensors, &suns.suns, &pane_options(project), context.progress)?);
+        matrix.add(&compute(context.device, &scene, openings, &sensors, &suns.suns, &pane_options(project), &stage)?);
     }
     keep(context, &matrix, groups, fingerprint)?;
+    stage.finish();
     Ok((matrix, true))
 }
 

@@ -100,21 +100,29 @@ pub(crate) fn sun_pictures(
     let first_shade = context.inputs.scene.materials.len() as u32;
     let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded, panes: &panes };
     let group = (GROUP_BYTES / (shown.pixels() * PIXEL_BYTES).max(1)).clamp(1, MOST_SUNS);
+    let kept = context.store.stage(&format!("C_{name}"), *inputs.clone().add(&needed), context.progress);
     write(&path, suns, &inputs.to_string(), [shown.pixels(), needed.len()], &mut |out, fault| {
         for (part, numbers) in needed.chunks(group).enumerate() {
             let traced: Vec<Sun> = numbers.iter().map(|&n| suns.suns[n]).collect();
             let stage = Part::of(context.progress, part, needed.len().div_ceil(group));
-            let pictures = match shown {
-                Shown::Picture(raster) => pixels::compute(context.device, &models, raster, &traced, &options, &stage, statistics)?,
-                Shown::Discs(camera) => {
-                    stage.update("the sun's disc at the eye", 0.0);
-                    pixels::discs_at_eye(context.device, &models, camera, &traced, &options, statistics)?
-                }
-            };
-            numbers.iter().zip(pictures).try_for_each(|(number, picture)| write_picture(out, *number, &picture).map_err(fault))?;
+            let bytes = kept.unit(&format!("suns {numbers:?}"), &mut || {
+                let pictures = match shown {
+                    Shown::Picture(raster) => pixels::compute(context.device, &models, raster, &traced, &options, &stage, statistics)?,
+                    Shown::Discs(camera) => {
+                        stage.update("the sun's disc at the eye", 0.0);
+                        pixels::discs_at_eye(context.device, &models, camera, &traced, &options, statistics)?
+                    }
+                };
+                let mut bytes = Vec::new();
+                let each = |(number, picture): (&usize, _)| write_picture(&mut bytes, *number, &picture).map_err(fault);
+                numbers.iter().zip(pictures).try_for_each(each)?;
+                Ok(bytes)
+            })?;
+            out.write_all(&bytes).map_err(fault)?;
         }
         Ok(())
     })?;
+    kept.finish();
     SunPictures::open(&path).map(|kept| kept.pictures)
 }
 

@@ -194,14 +194,14 @@ fn largest(color: [f64; 3]) -> f64 {
 
 /// Rays of D of a window, if it is traced.
 pub(super) fn daylight_rays(project: &Project, inputs: &Inputs, window: usize) -> f64 {
-    let o = daylight_options(project, window, 0);
-    let bins = inputs.windows[window].window.basis.len();
+    let o = daylight_options(project, inputs, window, 0);
+    let bins = inputs.windows[window].bins();
     f64::from(rounds(project)) * f64::from(o.batches) * f64::from(o.paths) * bins as f64 * DAYLIGHT_SEGMENTS
 }
 
 /// Rays of V of so many sensors.
 fn view_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
-    let (o, bins, sensors) = (view_options(project, 0), inputs.bins() as f64, sensors as f64);
+    let (o, bins, sensors) = (view_options(project, inputs, 0), inputs.bins() as f64, sensors as f64);
     let lives = Lives::new(inputs, o.bounces, o.roulette_weight);
     let paths = bins * f64::from(o.light_paths) * f64::from(o.batches);
     let connections = sensors * bins * f64::from(o.batches) * f64::from(o.visibility_rays) * lives.most_vertices(paths);
@@ -227,7 +227,7 @@ fn coefficient_rays(project: &Project, inputs: &Inputs, sensors: usize) -> f64 {
 
 /// Rays of the view matrix of a picture that shows so many pixels.
 fn picture_rays(project: &Project, inputs: &Inputs, pixels: usize, windows_only: bool) -> f64 {
-    let o = image_options(project, inputs.choice(project).phases);
+    let o = image_options(project, inputs, inputs.choice(project).phases);
     if windows_only {
         return pixels as f64 * f64::from(o.subpixels);
     }
@@ -271,7 +271,7 @@ pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, l
     }
     let factored = if direct && project.views.is_empty() { &[][..] } else { &inputs.windows[..] };
     for (i, window) in factored.iter().enumerate() {
-        let own = window.window.basis.len();
+        let own = window.bins();
         let known = project.quality.prune && unobstructed::nothing_before(&inputs.scene, &window.window);
         let rays = if known || window.daylight.is_some() { 0.0 } else { daylight_rays(project, inputs, i) };
         let phase = PhasePlan::new(format!("D of {}", window.name), (own, "bins"), (patches, "patches"));
@@ -287,7 +287,7 @@ pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, l
     }
     if count > 0 {
         // All replicates of the errors are multiplied as the result is; five phases have three skies.
-        let terms = (1 + view_options(project, 0).batches) as f64 * if suns.is_some() { 2.0 } else { 1.0 };
+        let terms = (1 + view_options(project, inputs, 0).batches) as f64 * if suns.is_some() { 2.0 } else { 1.0 };
         let work = 3.0 * count as f64 * (patches * lit) as f64 * terms;
         let phase = PhasePlan::new("illuminance".into(), (count, "sensors"), (steps, "steps"));
         all.push(phase.worked(work * slow::PRODUCT));
@@ -349,7 +349,7 @@ fn view_costs(project: &Project, inputs: &Inputs, view: &ViewSection, suns: Opti
     if method.is_none_or(|m| m == GlareMethod::Image) || !pictured.is_empty() {
         let rays = if view.given.view.is_some() { 0.0 } else { picture_rays(project, inputs, seen, false) };
         let phase = PhasePlan::new(format!("V of {name}"), (pixels, "pixels"), (bins, "bins"));
-        let o = image_options(project, inputs.choice(project).phases);
+        let o = image_options(project, inputs, inputs.choice(project).phases);
         let [once, per_path] = slow::PIXEL_ENTRY;
         let entry = if rays > 0.0 { f64::from(o.batches) * (once + per_path * f64::from(o.light_paths)) } else { 0.0 };
         all.push(phase.traced(rays, 0.0).worked((seen * bins) as f64 * entry));

@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::trace::{TraceTables, WindowSurfaces};
 use crate::scene::Window;
+use crate::simulate::inputs::parts::errors_of_wholes;
 use crate::simulate::inputs::suns::SunCensus;
 use crate::simulate::inputs::{Inputs, ProjectWindow};
 use crate::simulate::project::Project;
@@ -79,7 +80,7 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
         phases_because: choice.why.to_string(),
         preset: project.quality.name(),
         sky_subdivision: inputs.sky(project).subdivision(),
-        sky_follows_glazing: project.method.sky.is_none(),
+        sky_follows_glazing: project.method.sky.is_none() && inputs.weather.given.is_none(),
         hours: steps.hours(steps.len()),
         lit_hours: steps.hours(lit),
         model: model(project, inputs),
@@ -95,8 +96,10 @@ pub fn plan(project: &Project, inputs: &Inputs) -> Result<RunPlan> {
 fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
     let direct = inputs.choice(project).direct;
     let scene = &inputs.scene;
-    let mut lines = vec![format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len())];
-    for window in &inputs.windows {
+    let mut lines = vec![project.weather.describe(&inputs.weather)];
+    lines.push(format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len()));
+    let wholes = errors_of_wholes(project, inputs);
+    for (window, whole) in inputs.windows.iter().zip(&wholes) {
         let shade = match (&window.shade, &window.pane) {
             (Some(_), _) if window.glass.is_some() => "the sun through the pane itself".to_string(),
             (Some(shade), _) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
@@ -105,13 +108,15 @@ fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
         };
         let [azimuth, altitude] = window.window.faces();
         let tilt = if altitude == 0.0 { String::new() } else { format!(" and {altitude}° up") };
+        let parts = window.division.describe().map_or_else(String::new, |parts| format!(" in each of {parts}"));
         lines.push(format!(
-            "window {}: {:.2} m² facing {azimuth}°{tilt}, {}, {} bins, {shade}",
+            "window {}: {:.2} m² facing {azimuth}°{tilt}, {}, {} bins{parts}, {shade}",
             window.name,
             window.window.area(),
             window.made_of,
             window.window.basis.len()
         ));
+        lines.extend(parts_of(window, *whole));
     }
     lines.extend(inputs.glass_left.iter().cloned());
     for group in &inputs.sensors {
@@ -125,6 +130,22 @@ fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
         lines.extend(project.views.iter().map(|view| format!("view {}: {pictures}", view.name)));
     }
     lines
+}
+
+/// What dividing a window does, or would do.
+fn parts_of(window: &ProjectWindow, error_of_whole: Option<f64>) -> Option<String> {
+    let (name, division) = (&window.name, &window.division);
+    if division.error_of_whole.is_some() || division.count > 1 {
+        let cost = if division.count > 1 { "; V and D grow with the parts, in memory and in the time of products" } else { "" };
+        return Some(format!("window {name}, parts: {}{cost}", division.because));
+    }
+    // Less is not worth a word.
+    let error = error_of_whole.filter(|e| *e >= 0.0025)?;
+    Some(format!(
+        "window {name} is whole: by a first look, V and D as averages over it change a year's light by {:.1} % at the worst sensor; \
+         parts = \"auto\" divides it",
+        100.0 * error
+    ))
 }
 
 fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Window]) -> Result<Vec<Omission>> {

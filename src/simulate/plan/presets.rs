@@ -8,6 +8,7 @@ use crate::kernels::sun_matrix::SunOptions;
 use crate::kernels::sun_matrix::pixels::PixelOptions;
 use crate::kernels::view_matrix::MOST_LIGHT_PATHS;
 use crate::kernels::view_matrix::ViewOptions;
+use crate::simulate::inputs::Inputs;
 use crate::simulate::project::quality::Stop;
 use crate::simulate::project::{Preset, Project, QualitySection};
 
@@ -34,6 +35,21 @@ fn samples(standard: u32, quality: &QualitySection) -> u32 {
     ((f64::from(samples) * quality.scale.min(1.0)) as u32).max(1)
 }
 
+/// Paths of each bin where a bin's paths are shared among so many parts of a window: the rays of all parts
+/// together stay nearly as many as those of the whole.
+fn shared(paths: u32, parts: usize, least: u32) -> u32 {
+    (paths >> parts.max(1).ilog2()).max(least.min(paths))
+}
+
+/// Light paths of a bin of a part, and paths of D, at least.
+const LEAST_LIGHT_PATHS: u32 = 8;
+const LEAST_DAYLIGHT_PATHS: u32 = 32;
+
+/// A near radius as a multiple of the size of a part, where the standard one is that of the size of a window.
+fn near_radius(standard: f32, parts: usize) -> f32 {
+    standard * (parts as f32).sqrt()
+}
+
 /// A seed for each use: every window and every round has random numbers of its own, so that their
 /// errors are independent.
 fn seed(project: &Project, window: usize, round: u32) -> u32 {
@@ -42,12 +58,14 @@ fn seed(project: &Project, window: usize, round: u32) -> u32 {
 }
 
 /// Sampling of V.
-pub(crate) fn view_options(project: &Project, round: u32) -> ViewOptions {
+pub(crate) fn view_options(project: &Project, inputs: &Inputs, round: u32) -> ViewOptions {
     let standard = ViewOptions::default();
-    let quality = &project.quality;
+    let (quality, parts) = (&project.quality, inputs.mean_parts());
     ViewOptions {
         bounces: project.method.bounces,
-        light_paths: samples(standard.light_paths, quality),
+        light_paths: shared(samples(standard.light_paths, quality), parts, LEAST_LIGHT_PATHS),
+        visibility_rays: shared(standard.visibility_rays, parts, 1),
+        near_radius: near_radius(standard.near_radius, parts),
         direct_samples: samples(standard.direct_samples, quality),
         near_samples: samples(standard.near_samples, quality),
         seed: seed(project, 0, round),
@@ -86,11 +104,12 @@ fn sun_paths(project: &Project) -> Option<u32> {
 }
 
 /// Sampling of D of the `window`-th window.
-pub(crate) fn daylight_options(project: &Project, window: usize, round: u32) -> DaylightOptions {
+pub(crate) fn daylight_options(project: &Project, inputs: &Inputs, window: usize, round: u32) -> DaylightOptions {
     let standard = DaylightOptions::default();
+    let parts = inputs.windows.get(window).map_or(1, |w| w.parts.len());
     DaylightOptions {
         bounces: project.method.bounces,
-        paths: samples(standard.paths, &project.quality),
+        paths: shared(samples(standard.paths, &project.quality), parts, LEAST_DAYLIGHT_PATHS),
         seed: seed(project, window, round),
         first_round: round == 0,
         ..standard
@@ -98,7 +117,7 @@ pub(crate) fn daylight_options(project: &Project, window: usize, round: u32) -> 
 }
 
 /// Sampling of the view matrix of a picture.
-pub(crate) fn image_options(project: &Project, phases: u32) -> ImageOptions {
+pub(crate) fn image_options(project: &Project, inputs: &Inputs, phases: u32) -> ImageOptions {
     let standard = ImageOptions::default();
     let (light_paths, batches) = match project.quality.preset {
         Preset::Draft => (standard.light_paths / 2, standard.batches),
@@ -108,6 +127,7 @@ pub(crate) fn image_options(project: &Project, phases: u32) -> ImageOptions {
     // Above 1 as for the final quality.
     let scale = project.quality.scale;
     let light_paths = ((f64::from(light_paths) * scale.min(4.0)) as u32).max(1);
+    let light_paths = shared(light_paths, inputs.mean_parts(), LEAST_LIGHT_PATHS);
     let batches = if scale > 1.0 { batches * 2 } else { batches };
     let few = |n: u32| ((f64::from(n) * scale.min(1.0)).ceil() as u32).max(1);
     let (window_samples, near_samples) = (few(standard.window_samples), few(standard.near_samples));
@@ -119,6 +139,7 @@ pub(crate) fn image_options(project: &Project, phases: u32) -> ImageOptions {
         near_samples,
         seed: seed(project, 0, 0),
         direct: phases == 5,
+        near_radius: near_radius(standard.near_radius, inputs.mean_parts()),
         ..standard
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// Sections of which there may be several.
-const REPEATED: [&str; 4] = ["window", "sensors", "view", "views"];
+const REPEATED: [&str; 5] = ["window", "sensors", "view", "views", "moment"];
 
 /// A project in the making; see [`Project::builder`].
 #[derive(Debug, Clone)]
@@ -76,7 +76,7 @@ impl ProjectBuilder {
         self.begin("view").set("view", "name", name).set("view", "file", file).set("view", "resolution", resolution)
     }
 
-    /// Begins another section of those that may be several (`window`, `sensors`, `view`, `views`), or a section
+    /// Begins another section of those that may be several (`window`, `sensors`, `view`, `views`, `moment`), or a section
     /// all of whose keys have defaults (`glare`).
     #[must_use]
     pub fn begin(mut self, section: &str) -> Self {

@@ -44,7 +44,7 @@ impl<'a> Document<'a> {
 }
 
 /// Where a key of a project file stands: for faults of its value that show only later.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Place {
     pub(super) file: PathBuf,
     pub(super) line: usize,

@@ -237,6 +237,9 @@ impl MethodSection {
             Phases::Auto if asked.can_be_direct() && windows.is_empty() => {
                 Choice::direct("the project names no window: light comes by the scene's glass, and where the scene leaves the sky free")
             }
+            Phases::Auto if asked.can_be_direct() && windows.iter().any(|w| w.found.is_some()) => {
+                Choice::direct("the project names no window: those of the scene are clear glass, which sensors see through")
+            }
             Phases::Auto if asked.can_be_direct() => {
                 Choice::direct("all windows are clear glass, which sensors see through without bins of directions")
             }

@@ -7,8 +7,18 @@
 //! # date = "03-21T12:00"              # or a list; standard time
 //! # site = [46.5, 11.35, 15]          # latitude, longitude, standard meridian: degrees north and east
 //! # sky = "cie overcast"              # without date and site: 10,000 lx outdoors, for daylight factors
+//! # sky_matrix = "S.mtx"             # or a sky made elsewhere, as gendaymtx writes it; with
+//! # sky_matrix_direct = "Sds.mtx"     # its sun's share (gendaymtx -d), or "none"
+//! # sun_matrix = "Ssun.mtx"           # and its suns (gendaymtx -5 0.533 -d -m 6)
+//! # timestep = 15                     # minutes: hours of the file divided, with the sun where it stands
+//! # period = ["03-01", "05-31"]       # first and last day; or one day
+//! # hours = "schedule.csv"            # hours of the year that count: a value above 0; or a list of numbers from 0
 //! north = 0                           # where north lies: degrees from +Y, counter-clockwise seen from above
 //! ground_albedo = 0.2                 # reflectance of the ground beyond the scene's
+//! # [[moment]]                        # in place of file, sky and date: any number of moments with names
+//! # name = "noon, overcast"
+//! # sky = "cie overcast"
+//! # date = "03-21T12:00"
 //! [scene]
 //! files = ["materials.rad", "room.rad"]  # and, or in their place, model = "room.hbjson", see model
 //! [[window]]                          # any number; without one sensors see the sky by what the scene leaves free
@@ -20,6 +30,7 @@
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
 //! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
+//! # parts = "auto"                    # or 16, or [4, 4]: over what parts of it V and D are averaged; left out: 1
 //! [[sensors]]                         # any number
 //! name = "workplane"
 //! points = "points.txt"               # or, spread over a material, a named surface or a file of polygons:
@@ -52,40 +63,48 @@
 //! quantity = "illuminance"             # or "irradiance": solar, W/m²
 //! ```
 //!
-//! Paths are relative to the file. Of the files that it names only the points of `[[views]]` are read here.
+//! Paths are relative to the file. Of the files that it names the points of `[[views]]` are read here, models, and
+//! without `[[window]]` the scene, for the windows that it has ([`found`]).
 //! Each section is one struct with one function that reads it, so
 //! that a section added later touches nothing else.
 
 pub mod builder;
 mod check;
 mod document;
+mod found;
 pub mod given;
 pub mod glare;
+pub mod keys;
 pub mod method;
 mod model;
 mod names;
 mod of_model;
 pub mod output;
+pub(crate) mod parts;
 pub mod quality;
 mod sections;
 mod spelling;
 mod table;
 mod view_grid;
 pub mod views;
+pub mod weather;
 
 pub use self::document::Place;
 use self::document::Places;
+use self::found::Found;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
 use self::model::NamedModel;
 pub(crate) use self::output::OutputSection;
 pub use self::output::Quantity;
+pub use self::parts::Parts;
 pub use self::quality::Preset;
 pub(crate) use self::quality::QualitySection;
-pub(crate) use self::sections::{Filling, SceneSection, SensorPoints, SensorsSection, WeatherSection, WindowSection};
+pub(crate) use self::sections::{Filling, SceneSection, SensorPoints, SensorsSection, WindowSection};
 use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
+pub(crate) use self::weather::WeatherSection;
 use crate::error::Result;
 use std::path::{Path, PathBuf};
 
@@ -115,6 +134,8 @@ pub struct Project {
     pub quality: QualitySection,
     /// `[output]`
     pub output: OutputSection,
+    /// Of a project that names no windows, what else the search for them in the scene found.
+    pub(crate) found: Found,
     /// Where its sections stand, for faults that show when its files are read.
     pub(crate) places: Places,
 }
@@ -144,7 +165,9 @@ impl Project {
         let document = Document::new(file, text);
         let entries = document.parse()?;
         let mut top = Table::top(&document, &entries);
-        let weather = WeatherSection::read(top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?)?;
+        let moments = top.tables("moment")?;
+        let weather = top.required_table("weather", "add [weather] with file = \"….wea\" or \"….epw\"")?;
+        let weather = WeatherSection::read(weather, moments)?;
         let (scene, model) =
             SceneSection::read(top.required_table("scene", "add [scene] with files = [\"materials.rad\", \"room.rad\"]")?)?;
         let mut windows = top.tables("window")?.into_iter().map(WindowSection::read).collect::<Result<Vec<_>>>()?;
@@ -170,6 +193,12 @@ impl Project {
                 views = model.views()?;
             }
         }
+        let mut found = Found::default();
+        if windows.is_empty() {
+            let folder = file.parent().unwrap_or(Path::new(""));
+            found = found::find_in(&scene.files, folder, &top.place("scene"))?;
+            windows = std::mem::take(&mut found.windows);
+        }
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
         let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
@@ -181,7 +210,7 @@ impl Project {
         if windows.is_empty() && (!views.is_empty() || sensors.iter().any(|s| s.view.is_some() || s.sun.is_some())) {
             return Err(top.missing_section(
                 "window",
-                "pictures, glare and matrices V need windows: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
+                "pictures, glare and matrices V need windows, and the scene has no glass or BSDF between indoors and the sky: add [[window]] with name, surface and glass = 0.65 (or bsdf = \"….xml\")",
             ));
         }
         if sensors.is_empty() && views.is_empty() {
@@ -206,7 +235,7 @@ impl Project {
         let places = Places { window, sensors: sensor, view, images: image };
         top.finish()?;
         let file = file.to_path_buf();
-        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, places };
+        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, found, places };
         project.states_match()?;
         Ok(project)
     }
@@ -218,13 +247,23 @@ fn asked<'a>(windows: &'a [WindowSection], sensors: &[SensorsSection]) -> Asked<
 }
 
 fn unique<'n>(top: &Table<'_, '_>, section: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {
+    let names: Vec<(&str, String)> = names.map(|name| (name, name.to_lowercase())).collect();
     let mut seen = std::collections::HashSet::new();
-    for name in names {
-        if !seen.insert(name.to_lowercase()) {
+    for (name, lower) in &names {
+        if !seen.insert(lower) {
             return Err(top
                 .error(section, format!("two sections [[{section}]] have the name '{name}'"))
                 .help("give each its own name: result files are called after it (capitals do not count)"));
         }
+    }
+    for (name, lower) in &names {
+        let Some(ending) = names::ENDINGS.iter().find(|e| lower.strip_suffix(**e).is_some_and(|other| seen.contains(&other.to_string())))
+        else {
+            continue;
+        };
+        return Err(top
+            .error(section, format!("'{name}' is another name with '{ending}', which files of its results end in"))
+            .help("give one of them another name: their files would replace each other"));
     }
     Ok(())
 }

@@ -15,6 +15,7 @@
 //! `bsdf = "room.hbjson#blind"` of a modifier.
 
 use super::given::GivenPictures;
+use super::parts::Parts;
 use super::sections::{Filling, SensorPoints, SensorsSection, WindowSection};
 use super::table::Place;
 use super::views::{DEFAULT_RESOLUTION, ViewSection, view_of_options};
@@ -62,6 +63,9 @@ impl NamedModel {
             tensor_tree: None,
             states: Vec::new(),
             daylight: None,
+            found: None,
+            parts: Parts::default(),
+            parts_place: self.place.clone(),
         };
         self.model.windows.iter().map(section).collect()
     }

@@ -1,54 +1,13 @@
-//! `[weather]`, `[scene]`, `[[window]]`, `[[sensors]]`.
+//! `[scene]`, `[[window]]`, `[[sensors]]`.
 
 use super::given::ImportSection;
 use super::names::name;
+use super::parts::Parts;
 use super::table::{Place, Table};
-use crate::error::{Result, Warnings};
-use crate::scene::Pane;
+use crate::error::Result;
 use crate::scene::grid::Spread;
-use crate::sky::cie::{self, CieSky};
-use crate::weather::Weather;
-use crate::weather::time::Time;
+use crate::scene::{Pane, Window};
 use std::path::PathBuf;
-
-/// `[weather]`: where the hours come from.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WeatherSection {
-    /// Weather file, WEA or EPW; the project file where there is a sky in its place.
-    pub file: PathBuf,
-    /// `sky`, `date`, `site`: moments under a CIE sky in place of the file.
-    pub moments: Option<Moments>,
-    /// Where north lies in the scene: so many degrees from +Y, counter-clockwise seen from above.
-    pub north: f64,
-    /// Reflectance of the ground outside, beyond what the scene has of it.
-    pub ground_albedo: f64,
-}
-
-/// Moments under one of the CIE's skies.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Moments {
-    /// The kind of sky.
-    pub sky: CieSky,
-    /// Months, days and standard times; without one, noon of 21 March.
-    pub times: Vec<Time>,
-    /// Latitude, longitude and standard meridian, degrees north and east. Without it an overcast or uniform sky
-    /// gives [`OUTDOORS`](crate::sky::cie::OUTDOORS) lx outdoors.
-    pub site: Option<[f64; 3]>,
-}
-
-impl WeatherSection {
-    /// The weather: what the file holds, or the moments.
-    ///
-    /// # Errors
-    /// What is wrong in the file, moments at night.
-    pub fn load(&self, warnings: &mut Warnings) -> Result<Weather> {
-        let weather = match &self.moments {
-            None => Weather::read(&self.file, warnings),
-            Some(m) => cie::weather(m.sky, &m.times, m.site, warnings).map_err(|e| e.file(&self.file).field("weather.date")),
-        };
-        Ok(Weather { north: self.north, ..weather? })
-    }
-}
 
 /// `[scene]`: the room and what stands around it, without its windows.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,6 +65,12 @@ pub struct WindowSection {
     pub states: Vec<PathBuf>,
     /// D and Dd made elsewhere.
     pub daylight: Option<ImportSection>,
+    /// The window itself, where the project names none and it was found in the scene.
+    pub(crate) found: Option<Window>,
+    /// Over what parts of it V and D are averaged.
+    pub parts: Parts,
+    /// Where that stands in the project file.
+    pub parts_place: Place,
 }
 
 /// Where the sensors of a group are.
@@ -130,63 +95,6 @@ pub struct SensorsSection {
     pub view: Option<ImportSection>,
     /// Cds made elsewhere.
     pub sun: Option<PathBuf>,
-}
-
-/// Reflectance of the ground that gendaymtx assumes.
-const GROUND_ALBEDO: f64 = 0.2;
-
-impl WeatherSection {
-    pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
-        let names = CieSky::ALL.map(|(name, kind)| (format!("cie {name}"), kind));
-        let sky = table.choice("sky", &names.each_ref().map(|(name, kind)| (name.as_str(), *kind)))?;
-        let dates = table.texts("date", "[\"03-21T09:00\", \"03-21T12:00\"]")?.unwrap_or_default();
-        let site = table.numbers("site", -210.0..=210.0)?;
-        let north = table.number("north", -360.0..=360.0)?.unwrap_or(0.0);
-        let ground_albedo = table.number("ground_albedo", 0.0..=1.0)?.unwrap_or(GROUND_ALBEDO);
-        let Some(sky) = sky else {
-            let help = "add file = \"….wea\" or \"….epw\", or a sky in its place: sky = \"cie overcast\"";
-            let Some(file) = table.path("file")? else { return Err(table.missing_all(&["file", "sky"], "has no 'file'", help)) };
-            if let Some(key) = [("date", !dates.is_empty()), ("site", site.is_some())].iter().find(|(_, given)| *given).map(|(key, _)| key)
-            {
-                return Err(table
-                    .error(key, format!("'{key}' belongs to a 'sky', but the weather comes from a file"))
-                    .help("add sky = \"cie clear\" or the like in place of 'file', or take this out"));
-            }
-            table.finish()?;
-            return Ok(Self { file, moments: None, north, ground_albedo });
-        };
-        if table.path("file")?.is_some() {
-            return Err(table
-                .error("sky", "the sky comes either from a weather 'file' or is a 'sky' of the CIE")
-                .help("take one of the two out"));
-        }
-        let mut times = Vec::new();
-        for date in &dates {
-            times.push(Time::parse(date).map_err(|e| table.place("date").of(e))?);
-        }
-        let site = match site.as_deref() {
-            None => None,
-            Some(&[latitude, longitude, meridian]) if latitude.abs() <= 90.0 && longitude.abs() <= 180.0 => {
-                Some([latitude, longitude, meridian])
-            }
-            Some(_) => {
-                return Err(table
-                    .error("site", "this is no site")
-                    .help("write latitude, longitude and standard meridian in degrees north and east, as [46.5, 11.35, 15]"));
-            }
-        };
-        if site.is_none() && (sky.shows_sun() || !times.is_empty()) || site.is_some() && times.is_empty() {
-            return Err(table.error("sky", "a moment needs both its date and its site").help(
-                "add date = \"03-21T12:00\" and site = [46.5, 11.35, 15]; an overcast or uniform sky without both gives 10,000 lx outdoors",
-            ));
-        }
-        if times.is_empty() {
-            times.push(Time { month: 3, day: 21, hour: 12.0 });
-        }
-        let file = table.place("sky").file;
-        table.finish()?;
-        Ok(Self { file, moments: Some(Moments { sky, times, site }), north, ground_albedo })
-    }
 }
 
 impl SceneSection {
@@ -249,8 +157,10 @@ impl WindowSection {
             ));
         }
         let daylight = ImportSection::read(&mut table, "daylight", "daylight_direct")?;
+        let parts = Parts::read(&mut table)?;
+        let parts_place = table.place("parts");
         table.finish()?;
-        Ok(Self { name, surface, filling, place, shade, tensor_tree, states, daylight })
+        Ok(Self { name, surface, filling, place, shade, tensor_tree, states, daylight, parts, parts_place, found: None })
     }
 }
 

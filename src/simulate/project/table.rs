@@ -1,18 +1,22 @@
 //! Reading TOML tables so that every complaint names the file, the line and the key, and a
 //! misspelt key is answered with the one that was probably meant.
 
+#[cfg(test)]
+pub(super) mod asked;
+mod lists;
+mod slips;
+
 use super::document::kind;
 pub(super) use super::document::{Document, Place};
-use super::spelling::nearest;
 use crate::error::{Error, Result};
 use crate::image::series::Pattern;
 use crate::scene::{Format, split_part};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
+use toml::de::{DeTable, DeValue};
 
 /// One table being read. Every key that is asked for is remembered as known; [`finish`](Self::finish)
-/// refuses the rest. So the list of keys stands nowhere but in the code that reads them.
+/// refuses the rest. Their texts stand in [`keys`](super::keys), which a test holds to what is asked for.
 pub(super) struct Table<'d, 'a> {
     document: &'d Document<'a>,
     /// `weather`, `window 2`, … for messages; empty for the top.
@@ -30,10 +34,17 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 
     fn get(&mut self, key: &'static str) -> Option<&'d Spanned<DeValue<'a>>> {
+        #[cfg(test)]
+        asked::note(&self.name, key);
         if !self.known.contains(&key) {
             self.known.push(key);
         }
         self.entries.get(key)
+    }
+
+    /// Whether a key has a list.
+    pub(super) fn is_list(&mut self, key: &'static str) -> bool {
+        matches!(self.get(key).map(Spanned::get_ref), Some(DeValue::Array(_)))
     }
 
     fn field(&self, key: &str) -> String {
@@ -57,8 +68,7 @@ impl<'d, 'a> Table<'d, 'a> {
 
     fn missing(&self, key: &'static str, help: &str) -> Error {
         // A misspelt key looks like a missing one; the slip is what the user wants to hear of.
-        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), &[key]).is_some());
-        if let Some(slip) = slip {
+        if let Some(slip) = self.slip(&[key]) {
             return self.unknown(slip, &[key]);
         }
         let place = if self.name.is_empty() { "the project".to_string() } else { format!("[{}]", self.name) };
@@ -98,6 +108,20 @@ impl<'d, 'a> Table<'d, 'a> {
     pub(super) fn path(&mut self, key: &'static str) -> Result<Option<PathBuf>> {
         let text = self.string(key)?;
         text.map(|t| self.existing_file(key, &t)).transpose()
+    }
+
+    /// Whether a key is there.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.entries.contains_key(key)
+    }
+
+    /// A path (`Ok`) or a word in its place (`Err`).
+    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
+    pub(super) fn path_or_word<W: Default>(&mut self, key: &'static str, word: &str) -> Result<Option<std::result::Result<PathBuf, W>>> {
+        match self.string(key)? {
+            Some(text) if text == word => Ok(Some(Err(W::default()))),
+            _ => Ok(self.path(key)?.map(Ok)),
+        }
     }
 
     /// A pattern of numbered files (`v%03d.hdr`), relative to the document's folder.
@@ -228,40 +252,6 @@ impl<'d, 'a> Table<'d, 'a> {
         Ok(self.number(key, limits)?.map(Ok))
     }
 
-    /// A text, or a non-empty list of them.
-    pub(super) fn texts(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
-        match self.get(key).map(Spanned::get_ref) {
-            Some(DeValue::String(_)) => Ok(self.string(key)?.map(|text| vec![text])),
-            _ => self.strings(key, example),
-        }
-    }
-
-    /// A list of texts that is not empty; `example` shows one.
-    pub(super) fn strings(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let DeValue::Array(items) = value.get_ref() else {
-            return Err(self.wrong_type(key, value.get_ref(), &format!("a list like {example}")));
-        };
-        if items.is_empty() {
-            return Err(self.error(key, "this list is empty").help(format!("write {key} = {example} or the like")));
-        }
-        let text = |item: &Spanned<DeValue<'_>>| match item.get_ref() {
-            DeValue::String(s) if !s.trim().is_empty() => Ok(s.to_string()),
-            DeValue::String(_) => Err(self.error(key, "a text of this list is empty")),
-            other => Err(self.wrong_type(key, other, "a text in quotes")),
-        };
-        items.iter().map(text).collect::<Result<_>>().map(Some)
-    }
-
-    /// A list of numbers within limits.
-    pub(super) fn numbers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<f64>) -> Result<Option<Vec<f64>>> {
-        match self.get(key).map(Spanned::get_ref) {
-            None => Ok(None),
-            Some(DeValue::Array(items)) => items.iter().map(|i| self.number_of(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
-            Some(other) => Err(self.wrong_type(key, other, "a list of numbers like [8, 18]")),
-        }
-    }
-
     fn number_of(&self, key: &str, value: &DeValue<'_>, limits: &std::ops::RangeInclusive<f64>) -> Result<f64> {
         let number = match value {
             DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|v| v as f64),
@@ -271,42 +261,6 @@ impl<'d, 'a> Table<'d, 'a> {
         number.filter(|v| limits.contains(v)).ok_or_else(|| {
             self.error(key, "this number is out of range").help(format!("choose a number from {} to {}", limits.start(), limits.end()))
         })
-    }
-
-    /// A list of whole numbers within limits.
-    pub(super) fn integers(&mut self, key: &'static str, limits: std::ops::RangeInclusive<u64>) -> Result<Option<Vec<u64>>> {
-        match self.get(key).map(Spanned::get_ref) {
-            None => Ok(None),
-            Some(DeValue::Array(items)) => items.iter().map(|i| self.listed(key, i.get_ref(), &limits)).collect::<Result<_>>().map(Some),
-            Some(other) => Err(self.wrong_type(key, other, "a list of whole numbers like [400, 400]")),
-        }
-    }
-
-    fn listed(&self, key: &str, item: &DeValue<'_>, limits: &std::ops::RangeInclusive<u64>) -> Result<u64> {
-        let DeValue::Integer(i) = item else { return Err(self.wrong_type(key, item, "a whole number")) };
-        let value = i64::from_str_radix(i.as_str(), i.radix()).ok().and_then(|v| u64::try_from(v).ok());
-        value.filter(|v| limits.contains(v)).ok_or_else(|| {
-            self.error(key, format!("the number {} is out of range", i.as_str())).help(format!(
-                "choose whole numbers from {} to {}",
-                limits.start(),
-                limits.end()
-            ))
-        })
-    }
-
-    /// A list of whole numbers within limits (`Ok`) or one of several words (`Err`).
-    #[allow(clippy::type_complexity, reason = "one of two kinds of value, or none")]
-    pub(super) fn integers_or_choice(
-        &mut self,
-        key: &'static str,
-        limits: std::ops::RangeInclusive<u64>,
-        words: &[&'static str],
-    ) -> Result<Option<std::result::Result<Vec<u64>, &'static str>>> {
-        if let Some(DeValue::String(_)) = self.get(key).map(Spanned::get_ref) {
-            let choices: Vec<(&str, &'static str)> = words.iter().map(|&w| (w, w)).collect();
-            return Ok(self.choice_beside(key, &choices, ", or a list of whole numbers")?.map(Err));
-        }
-        Ok(self.integers(key, limits)?.map(Ok))
     }
 
     /// A table inside this one.
@@ -346,51 +300,6 @@ impl<'d, 'a> Table<'d, 'a> {
             });
         }
         Ok(tables)
-    }
-
-    /// Refuses a misspelt form of a key that may be left out.
-    ///
-    /// # Errors
-    /// Names the slip, and the key that is meant.
-    pub(super) fn refuse_slips(&self, key: &str) -> Result<()> {
-        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), &[key]).is_some());
-        slip.map_or(Ok(()), |slip| Err(self.unknown(slip, &[key])))
-    }
-
-    /// An error that the table has none of some keys; a misspelt one is answered.
-    pub(super) fn missing_all(&self, keys: &[&str], what: &str, help: &str) -> Error {
-        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), keys).is_some());
-        match slip {
-            Some(slip) => self.unknown(slip, keys),
-            None => self.document.error_at(self.offset, format!("[{}] {what}", self.name)).help(help),
-        }
-    }
-
-    /// An error that the table as a whole lacks something.
-    pub(super) fn missing_section(&self, key: &'static str, help: &str) -> Error {
-        self.missing(key, help)
-    }
-
-    /// Refuses keys that nobody asked for.
-    ///
-    /// # Errors
-    /// The first unknown key, with the nearest known one.
-    pub(super) fn finish(self) -> Result<()> {
-        // The map is sorted by name; the user wants the first in the file.
-        let unknown = self.entries.iter().filter(|(k, _)| !self.known.contains(&k.get_ref().as_ref())).min_by_key(|(k, _)| k.span().start);
-        match unknown {
-            Some((key, _)) => Err(self.unknown(key, &self.known)),
-            None => Ok(()),
-        }
-    }
-
-    fn unknown(&self, key: &Spanned<DeString<'_>>, known: &[&str]) -> Error {
-        let place = if self.name.is_empty() { "in a project file".to_string() } else { format!("in [{}]", self.name) };
-        let help = match nearest(key.get_ref(), known) {
-            Some(near) => format!("did you mean '{near}'?"),
-            None => format!("known here: {}", known.join(", ")),
-        };
-        self.document.error_at(key.span().start, format!("there is no key '{}' {place}", key.get_ref())).help(help)
     }
 }
 

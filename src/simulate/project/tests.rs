@@ -199,6 +199,21 @@ fn states_are_for_glare_alone() {
 fn names_used_twice_are_refused() {
     let twice = format!("{GOOD}[[sensors]]\nname = \"Workplane\"\npoints = \"p.txt\"\n");
     assert!(complaint(&twice).contains("two sections [[sensors]] have the name 'Workplane'"));
+    // The direct part of the first would have the name of the second.
+    let other = format!("{GOOD}[[sensors]]\nname = \"workplane_Direct\"\npoints = \"p.txt\"\n");
+    assert!(complaint(&other).contains("'workplane_Direct' is another name with '_direct'"), "{}", complaint(&other));
+}
+
+#[test]
+fn names_that_are_no_file_names_are_refused() {
+    let named = |name: &str| GOOD.replace("name = \"workplane\"", &format!("name = '{name}'"));
+    for bad in ["../up", "a/b", "a\\b", "C:x", ".hidden", "", " ", "end.", "end ", "nul", "CON.x", "Com1", "new\u{1}line", "a*b"] {
+        let told = complaint(&named(bad));
+        assert!(told.contains("cannot be part of a file name") || told.contains("control") || told.contains("empty"), "{bad:?}: {told}");
+    }
+    for good in ["desk 1", "Büro", "a.b-c_d", "console", "com"] {
+        assert!(read(&named(good)).is_ok(), "{good}");
+    }
 }
 
 #[test]
@@ -281,6 +296,88 @@ fn north_turns_the_sky_and_the_ground_reflects_as_the_project_says() {
     assert_eq!((p.weather.north, p.weather.ground_albedo), (0.0, 0.2));
     for (keys, words) in [("north = 400", "-360 to 360"), ("ground_albedo = 20", "0 to 1"), ("nort = 3", "did you mean 'north'?")] {
         let message = complaint(&GOOD.replacen("file = \"a.wea\"", &format!("file = \"a.wea\"\n{keys}"), 1));
+        assert!(message.contains(words), "{keys}: {message}");
+    }
+}
+
+#[test]
+fn moments_have_names_skies_and_dates_of_their_own() {
+    let with = |weather: &str, moments: &str| format!("{}{moments}", GOOD.replacen("file = \"a.wea\"", weather, 1));
+    const SITE: &str = "site = [46.5, 11.35, 15]";
+    let noon = "[[moment]]\nname = \"noon\"\nsky = \"cie clear\"\ndate = \"03-21T12:00\"\n";
+    let grey = "[[moment]]\nname = \"noon, grey\"\nsky = \"cie overcast\"\ndate = \"03-21T12:00\"\n".replace(", ", " ");
+    let project = read(&with(SITE, &format!("{noon}{grey}"))).unwrap();
+    let weather = project.weather.load(&mut Warnings::new()).unwrap();
+    assert_eq!(weather.names, ["noon", "noon grey"]);
+    assert!(weather.records[0].direct > 10_000.0 && weather.records[1].direct == 0.0);
+    let steps = weather.steps();
+    // Two skies of one time have their own names in tables and pictures.
+    assert_eq!((steps.label(1), steps.number(0), steps.number(1), steps.check_unique(&[0, 1]).is_ok()), ("noon grey".into(), 1, 2, true));
+    assert_eq!(
+        project.weather.describe(&weather),
+        "weather: moments noon (cie clear, 21 March, 12:00), noon grey (cie overcast, 21 March, 12:00); 2 time steps"
+    );
+    let factor = read(&with("", "[[moment]]\nname = \"df\"\nsky = \"cie overcast\"\n")).unwrap();
+    assert_eq!(factor.weather.load(&mut Warnings::new()).unwrap().records[0].diffuse, 10_000.0);
+    for (weather, moments, words) in [
+        (SITE, noon.repeat(2), "two sections [[moment]] have the name 'noon'"),
+        ("file = \"a.wea\"", noon.to_string(), "'file' is not for [[moment]]"),
+        ("period = \"03-21\"", noon.to_string(), "'period' is not for [[moment]]"),
+        ("", noon.to_string(), "the moment 'noon' needs a site"),
+        (SITE, noon.replace("date = \"03-21T12:00\"\n", ""), "the moment 'noon' needs its date"),
+        ("", noon.replace("date = \"03-21T12:00\"\n", ""), "needs its date and a site"),
+        (SITE, noon.replace("sky = \"cie clear\"\n", ""), "has no 'sky'"),
+        (SITE, noon.replace("sky =", "skye ="), "did you mean 'sky'?"),
+        (SITE, noon.replace("clear", "cloudy"), "\"cie intermediate\""),
+    ] {
+        let message = complaint(&with(weather, &moments));
+        assert!(message.contains(words), "{moments}: {message}");
+    }
+}
+
+#[test]
+fn steps_of_a_weather_file_are_divided_and_chosen_in_this_order() {
+    let folder = folder();
+    let year: String = (0..24).map(|h| format!("6 21 {h}.500 500 100\n6 22 {h}.500 500 100\n")).collect();
+    let mut lines: Vec<&str> = year.lines().collect();
+    lines.sort_by_key(|l| l.split(' ').nth(1).map(str::to_string));
+    let header = "place x\nlatitude 47\nlongitude -11\ntime_zone -15\nsite_elevation 0\nweather_data_file_units 1\n";
+    std::fs::write(folder.path().join("a.wea"), format!("{header}{}\n", lines.join("\n"))).unwrap();
+    let schedule: String = (0..8760).map(|h| format!("{}\n", u8::from((9..11).contains(&(h % 24))))).collect();
+    std::fs::write(folder.path().join("office.csv"), schedule).unwrap();
+    std::fs::write(folder.path().join("short.csv"), "1\n0\n").unwrap();
+    let load = |keys: &str| {
+        let file = folder.path().join("project.toml");
+        let text = GOOD.replacen("file = \"a.wea\"", &format!("file = \"a.wea\"\n{keys}"), 1);
+        let project = Project::parse(&file, &text)?;
+        let weather = project.weather.load(&mut Warnings::new())?;
+        let told = project.weather.describe(&weather);
+        Result::Ok((weather, told))
+    };
+    let (weather, told) = load("timestep = 30\nperiod = \"06-22\"\nhours = \"office.csv\"").unwrap();
+    let hours: Vec<f64> = weather.records.iter().map(|r| r.hour).collect();
+    assert_eq!((hours, weather.records[0].day), (vec![9.25, 9.75, 10.25, 10.75], 22));
+    assert_eq!((weather.steps().length, weather.steps().hours(4), weather.steps().place(3).minute), (0.5, 2.0, 30));
+    assert!(told.contains("4 time steps of 30 min") && told.contains("from 06-22 to 06-22") && told.contains("office.csv"), "{told}");
+    let (weather, told) = load(&format!("hours = [{}]", 172 * 24 + 3)).unwrap();
+    assert_eq!((weather.records.len(), weather.records[0].day, weather.records[0].hour), (1, 22, 3.5));
+    assert!(told.contains("1 time steps of 60 min"), "{told}");
+    for (keys, words) in [
+        ("timestep = 7", "7 minutes do not divide an hour"),
+        ("period = \"07-01\"", "project.toml:4: weather.period: the weather has no time step from 07-01 to 07-01"),
+        ("period = [\"07-01\", \"07-02\", \"07-03\"]", "a period is a day, or its first and last day"),
+        ("period = \"7/1\"", "as 03-21"),
+        ("hours = [3]", "weather.hours: hour 3 of the year (1 January, 3 o'clock) is not in the weather file"),
+        ("hours = []", "this list is empty"),
+        ("hours = \"short.csv\"", "short.csv: the schedule has 2 values"),
+        ("hours = \"none.csv\"", "there is no file"),
+        ("sun_matrix = \"a.wea\"", "'sun_matrix' belongs to a 'sky_matrix'"),
+        ("sky_matrix = \"a.wea\"\nnorth = 3", "'north' turns skies that are made here"),
+        ("sky_matrix = \"a.wea\"\ntimestep = 30", "'timestep' divides steps of a weather file"),
+        ("sky_matrix = \"a.wea\"\nsky = \"cie clear\"", "take one of the two out"),
+        ("sky_matrix = \"a.wea\"\nground_albedo = 0.3", "the first row of the matrix is its ground"),
+    ] {
+        let message = load(keys).unwrap_err().to_string();
         assert!(message.contains(words), "{keys}: {message}");
     }
 }

@@ -3,6 +3,8 @@
 pub mod annual;
 pub mod glare;
 pub(crate) mod illuminance;
+mod moments;
+mod monthly;
 pub mod pictures;
 pub(crate) mod sensors;
 pub(crate) mod suns;

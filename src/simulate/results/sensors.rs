@@ -202,6 +202,10 @@ pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearError
         let dark = rest.split_off(..group.sensors.len()).unwrap_or_default();
         write_illuminance(context.store, group, dark, records, &part, Content::Illuminance, quantity)?;
         write_illuminance(context.store, group, dark, records, &error, Content::StandardError, quantity)?;
+        super::moments::write(context.store, group, &context.inputs.weather, &part)?;
+        if quantity.is_solar() {
+            super::monthly::write(context.store, group, &context.inputs.weather, &part)?;
+        }
         let year = &errors.groups[i];
         match quantity {
             Quantity::Illuminance => annual::write(context.store, (group, dark), year)?,

@@ -105,7 +105,7 @@ impl<'m> Deviations<'m> {
         let receivers = shaped(rows(&self.receivers), n)?;
         let mut first = 0;
         for (number, window) in self.chain.windows().iter().enumerate() {
-            let bins = first..first + window.window.basis.len();
+            let bins = first..first + window.bins();
             first = bins.end;
             let seen = self.columns_of(&receivers, bins)?;
             let daylight = &self.chain.daylight[number];
@@ -144,7 +144,13 @@ impl<'m> Deviations<'m> {
         let transmission = section.transmission.map(|v| v as f32);
         let through = |all: &[Matrix<f32>], mean: &Matrix<f32>, sky: &Matrix<f32>| {
             let change = all[replicate].less(mean);
-            chain(multiplier, &[&transmission, &change, sky])
+            let (rows, cols) = (transmission.cols(), change.cols());
+            let mut light = Vec::new();
+            for part in change.data().chunks(rows * cols * 3) {
+                let part = Matrix::from_data(rows, cols, 3, part.to_vec())?;
+                light.extend(chain(multiplier, &[&transmission, &part, sky])?.into_data());
+            }
+            Matrix::from_data(change.rows(), sky.cols(), 3, light)
         };
         let all = through(&estimate.replicates, total, &self.skies.whole)?;
         if !self.light.is_split() {

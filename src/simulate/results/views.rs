@@ -104,6 +104,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
         asked.to_string()
     });
     for view in &project.views {
+        context.progress.begin(&format!("V of {}", view.name));
         let eye_error = view_matrix(context, ledger, made, view, &windows, asked.as_deref())?;
         warn_of_view(context, view, eye_error, warnings);
         let hours = project.images.hours.chosen(&steps, &lit_columns(sky))?;
@@ -114,6 +115,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
             && (!hours.is_empty() || components)
         {
             let clock = Instant::now();
+            context.progress.begin(&format!("suns of {}", view.name));
             let mut statistics = TraceStatistics::default();
             // The suns of all hours at once, if glare or their pictures will need them.
             let glare = project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
@@ -130,6 +132,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
             picture_sets::export(context.store, &view.name, made.suns.map(|s| &s.set).zip(suns.as_ref()))?;
         }
         let job = view_job(context, view, &windows, 1);
+        context.progress.begin(&format!("pictures of {}", view.name));
         let pictures = write(&job, made, &hours, &steps, suns.as_ref(), warnings)?;
         let pixels = view.raster()?.len();
         summaries.push(ViewSummary { name: view.name.clone(), pixels, pictures, eye_error: eye_error.map(|e| e.all) });
@@ -138,7 +141,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
 }
 
 fn view_job<'a>(context: &Context<'a>, view: &'a ViewSection, windows: &'a [Window], refinement: u32) -> ViewJob<'a> {
-    ViewJob { context: *context, windows, view, options: image_options(context.project, context.choice.phases), refinement }
+    ViewJob { context: *context, windows, view, options: image_options(context.project, context.inputs, context.choice.phases), refinement }
 }
 
 /// Writes `images/NAME/img_%04d.hdr`, numbered by hour of the year ([`Steps::number`]), from the stored view
@@ -169,8 +172,15 @@ fn write(
     let addition: Option<&Addition<'_>> = if suns.is_some() { Some(&sun_picture) } else { None };
     let output = Output::Hdr(Pattern::inside(&folder, "img_%04d.hdr")?);
     let header = [software()];
-    let request =
-        Request { coefficients: &coefficients, hours: &numbers, output: &output, header: &header, memory: DEFAULT_MEMORY, addition };
+    let request = Request {
+        coefficients: &coefficients,
+        hours: &numbers,
+        output: &output,
+        header: &header,
+        memory: DEFAULT_MEMORY,
+        addition,
+        finished: None,
+    };
     write_pictures(made.multiplier, &mut view, &request, job.context.progress, warnings)?;
     Ok(hours.len())
 }
@@ -188,7 +198,7 @@ fn view_matrix(
     let clock = Instant::now();
     context.check_stop()?;
     let mut inputs = context.view_fingerprint("V of pictures");
-    inputs.add(&view.raster()?).add(&image_options(context.project, context.choice.phases));
+    inputs.add(&view.raster()?).add(&image_options(context.project, context.inputs, context.choice.phases));
     let target = context.project.quality.target_error;
     let refined = *inputs.clone().add(&asked);
     let mut statistics = TraceStatistics::default();

@@ -107,7 +107,7 @@ impl<'m> Chain<'m> {
                 (0..d.replicates.len()).map(of).collect()
             })
             .collect();
-        let mut bins: Vec<usize> = self.windows().iter().map(|w| w.window.basis.len()).collect();
+        let mut bins: Vec<usize> = self.windows().iter().map(ProjectWindow::bins).collect();
         if self.sees_sky {
             let rest = sun.iter().flat_map(|sun| year.iter().zip(sun).map(|(all, sun)| less(*all, *sun)));
             bins.push(year.len());
@@ -205,13 +205,14 @@ fn sums_of_hours(sky: &Matrix<f32>) -> Light {
     (0..sky.rows()).into_par_iter().map(patch).collect()
 }
 
-/// T·D times one column of S.
+/// T·D times one column of S, of each part of a window.
 fn transmitted(transmission: &Matrix<f64>, daylight: &Matrix<f32>, column: &Light) -> Light {
     let incident: Light = (0..daylight.rows()).map(|bin| times(daylight.row(bin), column)).collect();
-    (0..transmission.rows()).map(|bin| times(transmission.row(bin), &incident)).collect()
+    let behind = |part: &[[f64; 3]]| -> Light { (0..transmission.rows()).map(|bin| times(transmission.row(bin), part)).collect() };
+    incident.chunks(transmission.cols().max(1)).flat_map(behind).collect()
 }
 
-fn times<T: Copy + Into<f64>>(row: &[T], column: &Light) -> [f64; 3] {
+fn times<T: Copy + Into<f64>>(row: &[T], column: &[[f64; 3]]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (values, light) in row.chunks_exact(3).zip(column) {
         for c in 0..3 {

@@ -33,6 +33,13 @@ pub(crate) struct Source<'a> {
     pub exact: Option<Estimate>,
 }
 
+impl Source<'_> {
+    /// The name that the plan of a run has for it.
+    fn phase(&self) -> String {
+        self.name.strip_prefix("D_").map_or_else(|| format!("{} of sensors", self.name), |window| format!("D of {window}"))
+    }
+}
+
 /// How good the estimates are by now.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
@@ -139,6 +146,7 @@ impl<'s, 'a> State<'s, 'a> {
             Stop::Adaptive { .. } => 1,
         };
         for &i in &open {
+            progress.begin(&self.sources[i].phase());
             while self.estimates[i].rounds < first {
                 let part = Part::of(progress, self.estimates[i].rounds as usize, first as usize);
                 self.round(i, None, stop, store, &part)?;
@@ -154,6 +162,7 @@ impl<'s, 'a> State<'s, 'a> {
             }
         }
         let mut start: Option<f64> = None;
+        progress.begin("rounds for a target");
         for _ in 0..MOST_ROUNDS {
             let total: u32 = self.estimates.iter().map(|e| e.rounds).sum();
             let over = time.is_some_and(|t| self.seconds >= t.as_secs_f64()) || rounds.is_some_and(|r| total >= r);
@@ -192,7 +201,9 @@ impl<'s, 'a> State<'s, 'a> {
     fn round(&mut self, i: usize, judge: Option<&Judge<'_>>, stop: Stop, store: &Store, progress: &dyn Progress) -> Result<()> {
         let source = &self.sources[i];
         let clock = Instant::now();
-        let traced = (source.trace)(self.estimates[i].rounds, progress)?;
+        let number = self.estimates[i].rounds;
+        let kept = store.stage(&source.name, *source.inputs.clone().add(&number), progress);
+        let traced = (source.trace)(number, &kept)?;
         self.seconds += clock.elapsed().as_secs_f64();
         let mut round = Estimate::of_round(traced, source.keep_direct);
         if let Some(judge) = judge {
@@ -207,6 +218,7 @@ impl<'s, 'a> State<'s, 'a> {
         if self.last_save.elapsed() > SAVE_AFTER {
             self.save(stop, store)?;
         }
+        kept.finish();
         Ok(())
     }
 

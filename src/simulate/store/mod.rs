@@ -3,6 +3,7 @@
 pub(crate) mod fingerprint;
 mod sun_coding;
 pub(crate) mod sun_pictures;
+mod units;
 
 use self::fingerprint::Fingerprint;
 use crate::error::{Error, Result, Warnings};
@@ -64,7 +65,8 @@ impl Store {
             };
             std::fs::create_dir_all(&path).map_err(named)?;
             let probe = path.join(format!(".{}.partial", std::process::id()));
-            std::fs::write(&probe, b"").map_err(named)?;
+            let _ = std::fs::remove_file(&probe);
+            File::create_new(&probe).map_err(named)?;
             std::fs::remove_file(&probe).map_err(named)?;
         }
         let lock = lock(folder)?;
@@ -276,6 +278,10 @@ pub(crate) const LOCK: &str = ".lock";
 pub(crate) fn lock(folder: &Path) -> Result<Option<File>> {
     let path = folder.join(LOCK);
     let fault = |e: std::io::Error| Error::io(&path, &e).field("output folder");
+    // What a link leads to is nobody's lock.
+    if std::fs::symlink_metadata(&path).is_ok_and(|m| m.is_symlink()) {
+        std::fs::remove_file(&path).map_err(fault)?;
+    }
     let mut file = File::options().create(true).read(true).write(true).truncate(false).open(&path).map_err(fault)?;
     match file.try_lock() {
         Ok(()) => {

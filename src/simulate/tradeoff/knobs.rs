@@ -4,6 +4,7 @@ use crate::bins::{AngleBasis, KlemsBasis};
 use crate::error::{Error, Result};
 use crate::simulate::inputs::Inputs;
 use crate::simulate::inputs::filling::transmission_over;
+use crate::simulate::inputs::parts::errors_of_wholes;
 use crate::simulate::project::Project;
 
 /// What is changed.
@@ -15,6 +16,8 @@ pub enum Knob {
     Bounces(u32),
     /// Basis of the windows.
     Basis(KlemsBasis),
+    /// Parts of every window before which something stands.
+    Parts(usize),
     /// Reinhart subdivision of the sky, and samples with it.
     Sky(usize, f64),
     /// Width and height of pictures, as a multiple of the project's.
@@ -34,6 +37,7 @@ impl Knob {
             Self::Samples(scale) => ("samples", multiple(*scale)),
             Self::Bounces(n) => ("bounces", n.to_string()),
             Self::Basis(basis) => ("basis", basis.xml_name().rsplit([' ', '/']).next().unwrap_or_default().to_lowercase()),
+            Self::Parts(n) => ("parts", n.to_string()),
             Self::Sky(n, 1.0) => ("sky", format!("MF:{n}")),
             Self::Sky(n, scale) => ("sky", format!("MF:{n} x{}", multiple(*scale))),
             Self::Picture(scale) => ("picture", format!("{scale}")),
@@ -69,6 +73,9 @@ pub fn knobs(project: &Project, inputs: &Inputs) -> Vec<Knob> {
     if !inputs.choice(project).direct || project.glare.is_some() {
         all.extend(coarser.map(Knob::Basis));
     }
+    if errors_of_wholes(project, inputs).iter().any(Option::is_some) || inputs.windows.iter().any(|w| w.parts.len() > 1) {
+        all.extend([1, 4, 16].map(Knob::Parts));
+    }
     all.extend([(1, 1.0 / 16.0), (1, 1.0), (2, 1.0)].map(|(n, scale)| Knob::Sky(n, scale)));
     if !project.views.is_empty() && project.glare.is_some() {
         all.extend([0.5, 2.0].map(Knob::Picture));
@@ -89,6 +96,7 @@ pub(super) fn rebase(inputs: &mut Inputs, project: &Project, basis: &AngleBasis)
             .ok_or_else(|| Error::new(format!("window '{}' belongs to no [[window]]", window.name)))?;
         window.transmission = transmission_over(project, section, window.glass.as_ref(), basis)?;
         window.window.basis = basis.clone();
+        window.parts.iter_mut().for_each(|part| part.basis = basis.clone());
         window.states.clear();
     }
     Ok(())

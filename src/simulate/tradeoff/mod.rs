@@ -18,21 +18,28 @@ pub use report::{Choice, front, recommended, write};
 use self::knobs::{finest, rebase};
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result, Warnings};
+use crate::files::journal::Journal;
 use crate::gpu::Device;
 use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
 use crate::progress::{Progress, Silent};
 use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::parts::divide_anew;
 use crate::simulate::light::multiply;
-use crate::simulate::project::Project;
 use crate::simulate::project::method::Phases;
 use crate::simulate::project::method::SunScheme;
+use crate::simulate::project::{Parts, Project};
 use crate::simulate::results::illuminance::illuminance as lux_of;
 use crate::simulate::run::run;
 use crate::simulate::sampling::rounds::Part;
+use crate::simulate::store::fingerprint::Fingerprint;
 use crate::sky::{SkyOptions, sky_matrix};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+/// Name of the reference, and of its folder.
+const REFERENCE: &str = "reference";
 
 /// What is asked of a setting that is recommended.
 pub const TARGET: f64 = 0.02;
@@ -40,7 +47,7 @@ pub const TARGET: f64 = 0.02;
 pub const DGP_TARGET: f64 = 0.005;
 
 /// One setting's time and error.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// `lucarne` or another program.
     pub program: String,
@@ -55,7 +62,7 @@ pub struct Point {
 }
 
 /// Time and errors of illuminance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Seconds.
     pub seconds: f64,
@@ -89,7 +96,8 @@ pub struct Sweep<'a> {
 
 impl Sweep<'_> {
     /// Runs the reference and every setting; `others` are measured against the same reference, given
-    /// the reference's illuminance. The files of each run are removed after it.
+    /// the reference's illuminance. The files of each run are removed after it. What was measured before a stop is
+    /// not measured again: the folder keeps it until all is done.
     ///
     /// # Errors
     /// Failures of a run, of the file system, or when stopped.
@@ -99,35 +107,88 @@ impl Sweep<'_> {
         warnings: &mut Warnings,
         others: &mut dyn FnMut(&Reference<'_>, &dyn Progress) -> Result<Vec<Point>>,
     ) -> Result<Vec<Point>> {
+        self.check()?;
         // Shares of the time, roughly: the reference counts as many.
         const REFERENCE_PARTS: usize = 6;
         let count = self.knobs.len() + REFERENCE_PARTS + 2;
+        let kept = Journal::open(&self.folder.join("points.units"), &self.fingerprint().to_string());
         let (project, inputs) = self.reference()?;
-        let reference = self.outcome(&project, &inputs, "reference", &Wide(progress, 0, REFERENCE_PARTS, count), warnings)?;
+        // Nobody measures its time: it goes on where it was stopped.
+        let stage = Wide(progress, 0, REFERENCE_PARTS, count);
+        let reference = self.outcome(&project, &inputs, &self.folder.join(REFERENCE), &Named(&stage, REFERENCE), warnings)?;
         // The driver compiles shaders when they are first used: not on the first setting's time.
         let (project, inputs) = self.changed(Knob::Samples(1.0 / 64.0))?;
-        self.outcome(&project, &inputs, "warming up", &Wide(progress, REFERENCE_PARTS, 1, count), warnings)?;
+        self.measured_run(&project, &inputs, "warming up", &Wide(progress, REFERENCE_PARTS, 1, count), warnings)?;
         let mut points = Vec::new();
         for (i, &knob) in self.knobs.iter().enumerate() {
             let part = Part::of(progress, REFERENCE_PARTS + 1 + i, count);
-            let (project, inputs) = self.changed(knob)?;
-            let (name, value) = knob.names();
-            let found = self.outcome(&project, &inputs, &format!("{name} {value}"), &part, warnings)?;
-            let measured = (!knob.is_for_pictures() && found.lux.rows() > 0).then(|| {
-                let (hourly, annual) = distance(&found.lux, &reference.lux);
-                Measured { seconds: found.seconds, hourly, annual }
-            });
-            let glare = found.dgp.as_ref().zip(reference.dgp.as_ref()).map(|(found_dgp, dgp)| {
-                let squares: f64 = found_dgp.data().iter().zip(dgp.data()).map(|(a, b)| f64::from(a - b).powi(2)).sum();
-                let lit = found.lux.cols().min(dgp.cols()).max(1) as f64 * dgp.rows().max(1) as f64;
-                (found.glare_seconds, (squares / lit).sqrt())
-            });
-            points.push(Point { program: "lucarne".into(), knob: name.into(), value, illuminance: measured, glare });
+            points.extend(remembered(&kept, &format!("{:?}", knob), &mut || Ok(vec![self.point(knob, &reference, &part, warnings)?]))?);
         }
         let project = self.plain()?;
         let shown = Reference { lux: &reference.lux, project: &project };
-        points.extend(others(&shown, &Part::of(progress, count - 1, count))?);
+        points.extend(remembered(&kept, "other programs", &mut || others(&shown, &Part::of(progress, count - 1, count)))?);
+        kept.finish();
+        gone(&self.folder.join(REFERENCE))?;
         Ok(points)
+    }
+
+    /// Settings are judged by illuminance and DGP, under skies that are made as each setting asks.
+    fn check(&self) -> Result<()> {
+        let fault = |text: &str, field: &str, help: &str| Err(Error::new(text).file(&self.project.file).field(field).help(help));
+        if self.project.output.quantity.is_solar() {
+            return fault(
+                "settings are compared by illuminance, not by irradiance",
+                "output.quantity",
+                "take 'quantity' out for the comparison",
+            );
+        }
+        if self.inputs.weather.given.is_some() {
+            let help = "give the weather file that the sky was made of";
+            return fault("settings of the sky cannot be compared under a sky made elsewhere", "weather.sky_matrix", help);
+        }
+        Ok(())
+    }
+
+    /// What the points depend on.
+    fn fingerprint(&self) -> Fingerprint {
+        let mut all = *Fingerprint::new("tradeoff").add(self.project).add_all_of(self.inputs.scene_fingerprint());
+        all.add(&self.inputs.weather.records).add(&self.inputs.all_sensors()).add(&self.device.summary().name);
+        for window in &self.inputs.windows {
+            all.add(&window.transmission.data());
+        }
+        *all.add(&self.knobs)
+    }
+
+    fn point(&self, knob: Knob, reference: &Outcome, progress: &dyn Progress, warnings: &mut Warnings) -> Result<Point> {
+        let (project, inputs) = self.changed(knob)?;
+        let (name, value) = knob.names();
+        let found = self.measured_run(&project, &inputs, &format!("{name} {value}"), progress, warnings)?;
+        let measured = (!knob.is_for_pictures() && found.lux.rows() > 0).then(|| {
+            let (hourly, annual) = distance(&found.lux, &reference.lux);
+            Measured { seconds: found.seconds, hourly, annual }
+        });
+        let glare = found.dgp.as_ref().zip(reference.dgp.as_ref()).map(|(found_dgp, dgp)| {
+            let squares: f64 = found_dgp.data().iter().zip(dgp.data()).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+            let lit = found.lux.cols().min(dgp.cols()).max(1) as f64 * dgp.rows().max(1) as f64;
+            (found.glare_seconds, (squares / lit).sqrt())
+        });
+        Ok(Point { program: "lucarne".into(), knob: name.into(), value, illuminance: measured, glare })
+    }
+
+    /// A run from its beginning, for its time, whose files are removed after it.
+    fn measured_run(
+        &self,
+        project: &Project,
+        inputs: &Inputs,
+        name: &str,
+        progress: &dyn Progress,
+        warnings: &mut Warnings,
+    ) -> Result<Outcome> {
+        let folder = self.folder.join("run");
+        gone(&folder)?;
+        let found = self.outcome(project, inputs, &folder, &Named(progress, name), warnings);
+        gone(&folder)?;
+        found
     }
 
     /// The project with nothing saved on, and with other random numbers.
@@ -144,7 +205,12 @@ impl Sweep<'_> {
         for view in &mut project.views {
             view.resolution = view.resolution.map(|n| n * 2);
         }
-        Ok((project, self.inputs.clone()))
+        let mut inputs = self.inputs.clone();
+        // As fine as the finest that it is compared with.
+        if let Some(most) = self.knobs.iter().filter_map(|k| if let Knob::Parts(n) = k { Some(*n) } else { None }).max() {
+            divide_anew(&project, &mut inputs, Parts::Number(most))?;
+        }
+        Ok((project, inputs))
     }
 
     /// The project at standard quality, without pictures for people.
@@ -178,21 +244,22 @@ impl Sweep<'_> {
             Knob::Suns(n) => project.method.take_suns(SunScheme::Patches(ReinhartSky::new(n)?)),
             Knob::HourlySuns => project.method.take_suns(SunScheme::HOURLY),
             Knob::Basis(basis) => rebase(&mut inputs, &project, &basis.into())?,
+            Knob::Parts(n) => divide_anew(&project, &mut inputs, Parts::Number(n))?,
         }
         Ok((project, inputs))
     }
 
-    fn outcome(&self, project: &Project, inputs: &Inputs, name: &str, progress: &dyn Progress, warnings: &mut Warnings) -> Result<Outcome> {
-        let folder = self.folder.join("run");
-        let gone = |folder: &Path| match std::fs::remove_dir_all(folder) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(folder, &e)),
-            _ => Ok(()),
-        };
-        gone(&folder)?;
+    fn outcome(
+        &self,
+        project: &Project,
+        inputs: &Inputs,
+        folder: &Path,
+        progress: &dyn Progress,
+        warnings: &mut Warnings,
+    ) -> Result<Outcome> {
         // Every run would repeat the project's warnings.
         let mut own = Warnings::new();
-        let named = Named(progress, name);
-        let result = run(self.device, project, inputs, &folder, &named, &mut own).and_then(|summary| {
+        let result = run(self.device, project, inputs, folder, progress, &mut own).and_then(|summary| {
             let mut parts = Vec::new();
             for group in &inputs.sensors {
                 parts.extend(read_matrix(&folder.join(format!("illuminance/{}.mtx", group.name)))?.matrix.into_data());
@@ -217,12 +284,26 @@ impl Sweep<'_> {
                 glare_seconds: s.sky + s.daylight + pictured + s.glare,
             })
         });
-        gone(&folder)?;
         if warnings.is_empty() {
             own.iter().filter(|w| !w.message().contains("standard error")).for_each(|w| warnings.push(w.clone()));
         }
         result
     }
+}
+
+/// Removes a folder, if it is there.
+fn gone(folder: &Path) -> Result<()> {
+    match std::fs::remove_dir_all(folder) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(folder, &e)),
+        _ => Ok(()),
+    }
+}
+
+/// Points that an earlier sweep has measured, or those that `measure` gives.
+fn remembered(kept: &Journal, name: &str, measure: &mut dyn FnMut() -> Result<Vec<Point>>) -> Result<Vec<Point>> {
+    let fault = |e: serde_json::Error| Error::new(format!("points of a sweep cannot be kept: {e}"));
+    let bytes = kept.unit(name, &mut || serde_json::to_vec(&measure()?).map_err(fault))?;
+    serde_json::from_slice(&bytes).map_err(fault)
 }
 
 /// What other programs are measured against.

@@ -20,6 +20,7 @@ pub struct Facade {
 
 struct Window {
     transmission: Matrix<f64>,
+    /// D, rows the bins of its parts, one part after the other.
     daylight: Matrix<f32>,
     /// Dd, where its sun is traced.
     direct: Option<Matrix<f32>>,
@@ -60,8 +61,9 @@ impl Facade {
             let (t, daylight) = (read(&format!("T_{name}"))?, read(&format!("D_{name}"))?);
             let direct = window.sun_is_traced.then(|| read(&format!("D_{name}_direct"))).transpose()?;
             let shape = |m: &Matrix<f32>| (m.rows(), m.cols(), m.components());
-            let wanted = (t.cols(), whole.rows(), 3);
-            let fits = shape(&daylight) == wanted && direct.as_ref().is_none_or(|d| shape(d) == wanted);
+            let of_parts = daylight.rows() > 0 && daylight.rows().is_multiple_of(t.cols().max(1)) && t.rows() == t.cols();
+            let wanted = (daylight.rows(), whole.rows(), 3);
+            let fits = of_parts && shape(&daylight) == wanted && direct.as_ref().is_none_or(|d| shape(d) == wanted);
             if !fits || t.components() != 3 || whole.components() != 3 {
                 return Err(Error::new(format!("the matrices of window '{name}' do not fit each other"))
                     .file(year.folder())
@@ -77,7 +79,7 @@ impl Facade {
 
     /// Bins of all windows: columns of the view matrices.
     pub fn bins(&self) -> usize {
-        self.windows.iter().map(|w| w.transmission.rows()).sum()
+        self.windows.iter().map(|w| w.daylight.rows()).sum()
     }
 
     /// Whether suns are traced, so that the light is split into what they replace and the rest.

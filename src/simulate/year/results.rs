@@ -2,7 +2,7 @@
 
 use super::arrays::Year;
 use crate::error::{Result, Warnings};
-use crate::scene::{MaterialIndex, Scene, Triangle};
+use crate::scene::{MaterialIndex, Scene, Triangle, Window};
 use crate::simulate::inputs::glazing::glazing;
 use crate::simulate::inputs::reach::Light;
 use crate::simulate::inputs::{grids, read_scene, read_surfaces};
@@ -32,8 +32,12 @@ pub struct Results {
 /// What the project of a result folder tells of the room.
 #[derive(Debug, Clone)]
 pub struct Surroundings {
+    /// The project.
+    pub project: Project,
     /// The room, its windows included.
     pub scene: Scene,
+    /// The windows that the project names.
+    pub windows: Vec<Window>,
     /// Site and weather.
     pub weather: Weather,
     /// Further states of windows that the project names: BSDF files by the window's name.
@@ -97,7 +101,7 @@ impl Surroundings {
             let triangle = |t: &[glam::DVec3; 3]| Triangle { vertices: *t, material: MaterialIndex(u32::MAX), surface };
             scene.triangles.extend(window.triangles.iter().map(triangle));
         }
-        Ok(Self { scene, weather, states })
+        Ok(Self { project, scene, windows, weather, states })
     }
 }
 

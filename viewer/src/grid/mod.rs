@@ -1,6 +1,5 @@
 //! The Grid panel: sensors on the room's plan.
 
-pub mod cells;
 pub mod metric;
 pub mod model;
 mod panel;

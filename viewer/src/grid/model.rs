@@ -1,11 +1,11 @@
 //! What the Grid panel shows for which state.
 
-use super::cells::{Cells, section};
 use super::metric::Metric;
 use crate::results::Results;
 use crate::scale::ScaleChoice;
 use glam::DVec2;
 use lucarne::image::palette::Palette;
+use lucarne::scene::outline::{self, Cells, Cut};
 use lucarne::simulate::year::Sensors;
 
 /// Everything the user has chosen.
@@ -47,26 +47,13 @@ impl Default for View {
     }
 }
 
+/// Height of the plan of a group, m: the mean of its sensors.
+pub fn height(group: &Sensors) -> f64 {
+    group.positions.iter().map(|p| p.z).sum::<f64>() / group.count().max(1) as f64
+}
+
 /// Range of a plan: the sensors, and what of the scene lies near them.
 pub fn extent(group: &Sensors, results: &Results) -> [DVec2; 2] {
-    let cells = Cells::around(&group.positions);
-    let (mut low, mut high) = (DVec2::MAX, DVec2::MIN);
-    for m in &cells.middles {
-        low = low.min(*m - cells.size * 0.5);
-        high = high.max(*m + cells.size * 0.5);
-    }
-    let near = (high - low).max_element().max(2.0) * 0.35;
-    if let Some(scene) = results.scene() {
-        let height = group.positions.iter().map(|p| p.z).sum::<f64>() / group.count().max(1) as f64;
-        let (l, h) = (low - near, high + near);
-        // Walls that reach far beyond the sensors are those of the house, not of the room.
-        for line in section(scene, height).iter().filter(|line| line.iter().all(|p| p.cmpge(l).all() && p.cmple(h).all())) {
-            for p in line {
-                low = low.min(*p);
-                high = high.max(*p);
-            }
-        }
-    }
-    let margin = (high - low).max_element() * 0.04;
-    [low - margin, high + margin]
+    let lines = results.scene().map(|scene| Cut::plan(height(group)).section(scene)).unwrap_or_default();
+    outline::extent(Cells::around(&group.positions).range(), &lines)
 }

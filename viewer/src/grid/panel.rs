@@ -1,6 +1,5 @@
 //! Painting the Grid panel and taking its clicks.
 
-use super::cells::edges;
 use super::metric::{Metric, spatial_autonomy};
 use super::model::View;
 use super::plan::{Plan, sensor_text};
@@ -14,6 +13,7 @@ use crate::year::model::{Quantity, lux_text};
 use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2};
 use glam::DVec3;
 use lucarne::image::palette::{Scale, rounded_number};
+use lucarne::scene::outline::edges;
 use std::sync::Arc;
 
 /// The panel with what it has computed.

@@ -1,13 +1,13 @@
 //! The plan: cells in their colours inside the room's outline.
 
-use super::cells::{Cells, section};
-use super::model::extent;
+use super::model::{extent, height};
 use crate::plot::{self, color32, halo_text};
 use crate::results::Results;
 use crate::scale::{BAR_WIDTH, ColorBar};
 use eframe::egui::{self, Align2, FontId, Rect, Sense, Stroke, pos2, vec2};
 use glam::DVec2;
 use lucarne::image::palette::{Palette, Scale, readable_on, rounded_number, short_number};
+use lucarne::scene::outline::{Cells, Cut};
 use lucarne::simulate::year::Sensors;
 
 /// Where a plan lies on the screen: x to the right, y (north) up.
@@ -98,9 +98,8 @@ impl Plan<'_> {
             }
         }
         if let Some(scene) = self.results.scene() {
-            let height = self.group.positions.iter().map(|p| p.z).sum::<f64>() / self.group.count().max(1) as f64;
             let clip = painter.with_clip_rect(frame.rect().intersect(rect));
-            for [a, b] in section(scene, height) {
+            for [a, b] in Cut::plan(height(self.group)).section(scene) {
                 clip.line_segment([frame.screen(a), frame.screen(b)], Stroke::new(1.6, ui.visuals().text_color()));
             }
         }

@@ -1,11 +1,11 @@
 //! The sensors in space, inside the room's edges.
 
-use super::cells::Cells;
 use super::model::View;
 use crate::plot::{self, color32};
 use eframe::egui::{self, Align2, FontId, Rect, Sense, Stroke, pos2, vec2};
 use glam::{DVec2, DVec3};
 use lucarne::image::palette::{Palette, Scale};
+use lucarne::scene::outline::Cells;
 use lucarne::simulate::year::Sensors;
 
 /// Parallel projection, turned by two angles.

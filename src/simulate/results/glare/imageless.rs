@@ -41,7 +41,7 @@ impl GlareJob<'_> {
 
     /// The sky's patches as sources.
     fn sources(&self, frame: &ViewFrame, eye: &Eye<'_>, state: &State<'_>, section: &GlareSection) -> ImagelessSources {
-        let windows = self.context.inputs.windows.iter().map(|w| &w.window);
+        let windows = self.context.inputs.windows.iter().flat_map(|w| &w.parts);
         ImagelessSources::new(frame, eye, windows, self.context.sky(), &state.direct, state.traced.as_ref(), &section.settings)
     }
 

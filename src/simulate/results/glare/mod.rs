@@ -14,6 +14,7 @@
 //! own noise is left out.
 //! V and D are shared by all states of the façade, V of a view with its pictures.
 
+pub(crate) mod carpet;
 pub(crate) mod eyes;
 mod imageless;
 mod noise;
@@ -121,6 +122,7 @@ impl GlareJob<'_> {
         let eyes = if section.method == GlareMethod::Image { None } else { Some(self.eyes(statistics)?) };
         if section.method == GlareMethod::Edgps {
             for view in &self.context.project.views {
+                self.context.progress.begin(&format!("V of {}, windows", view.name));
                 self.windows_only(view, statistics)?;
             }
         }
@@ -130,7 +132,8 @@ impl GlareJob<'_> {
         let detector = if pictured { Some(for_device(self.context.device)?) } else { None };
         let mut years = Vec::new();
         for (number, view) in self.context.project.views.iter().enumerate() {
-            let stage = Part::of(self.context.progress, number, self.context.project.views.len());
+            let stage = self.context.progress;
+            stage.begin(&format!("glare of {}", view.name));
             let eye = eyes.as_ref().map(|eyes| eyes.of(number));
             let found = match (&detector, &eye) {
                 (Some(detector), _) => {
@@ -139,7 +142,7 @@ impl GlareJob<'_> {
                     if view.given.sun.is_some() {
                         warnings.push(given_disc(view));
                     }
-                    self.pictured(section, view, analyser, &**detector, eye, &states, &lit, (statistics, &stage))?
+                    self.pictured(section, view, analyser, &**detector, eye, &states, &lit, (statistics, stage))?
                 }
                 (None, Some(eye)) => {
                     stage.update("glare", 0.0);
@@ -171,9 +174,9 @@ impl GlareJob<'_> {
     /// Degrees of freedom of the errors: those of the matrix with the fewest independent estimates.
     fn freedom(&self, method: GlareMethod) -> usize {
         let project = self.context.project;
-        let eyes = rounds(project) as usize * (view_options(project, 0).batches as usize - 1);
-        let daylight = daylight_options(project, 0, 0).batches as usize - 1;
-        let pictures = image_options(self.context.project, self.context.choice.phases).batches as usize - 1;
+        let eyes = rounds(project) as usize * (view_options(project, self.context.inputs, 0).batches as usize - 1);
+        let daylight = daylight_options(project, self.context.inputs, 0, 0).batches as usize - 1;
+        let pictures = image_options(self.context.project, self.context.inputs, self.context.choice.phases).batches as usize - 1;
         match method {
             GlareMethod::Image => pictures.min(daylight),
             GlareMethod::Edgps => pictures.min(daylight).min(eyes),
@@ -226,7 +229,7 @@ impl GlareJob<'_> {
         let sensors = self.context.project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
         let rounds = rounds(self.context.project);
         let mut inputs = self.context.view_fingerprint("V of eyes");
-        inputs.add(&sensors).add(&view_options(self.context.project, 0)).add(&rounds);
+        inputs.add(&sensors).add(&view_options(self.context.project, self.context.inputs, 0)).add(&rounds);
         let shape = (sensors.len(), self.context.inputs.bins(), 3);
         let load = |suffix: &str| self.context.store.load(&format!("glare_eyes{suffix}"), inputs, shape);
         if let (Some(total), Some(direct), Some(standard_error)) = (load(""), load("_direct"), load("_standard_error")) {
@@ -234,7 +237,7 @@ impl GlareJob<'_> {
         }
         let windows = self.context.inputs.geometry();
         let traced = average(rounds, self.context.progress, |round, progress| {
-            let options = view_options(self.context.project, round);
+            let options = view_options(self.context.project, self.context.inputs, round);
             view_matrix::compute(self.context.device, &self.context.inputs.scene, &windows, &sensors, &options, progress)
         })?;
         statistics.add(traced.statistics);
@@ -247,7 +250,8 @@ impl GlareJob<'_> {
 
     /// Computes the view matrix of a view as a picture of the windows alone.
     fn windows_only(&self, view: &ViewSection, statistics: &mut TraceStatistics) -> Result<()> {
-        let options = ImageOptions { bounces: Some(0), ..image_options(self.context.project, self.context.choice.phases) };
+        let options =
+            ImageOptions { bounces: Some(0), ..image_options(self.context.project, self.context.inputs, self.context.choice.phases) };
         let inputs = *self.context.view_fingerprint("V of pictures").add(&view.raster()?).add(&options);
         let view = ViewSection { name: windows_only_name(view), given: GivenPictures::default(), ..view.clone() };
         let windows = self.context.inputs.geometry();

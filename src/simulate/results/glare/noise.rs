@@ -100,8 +100,8 @@ impl HourNoise for MatrixNoise<'_> {
         let sky = column(self.sky);
         let mut first = 0;
         for (number, window) in self.windows.iter().enumerate() {
-            let range = first * 3..(first + window.transmission.rows()) * 3;
-            first += window.transmission.rows();
+            let range = first * 3..(first + window.error.rows()) * 3;
+            first += window.error.rows();
             let outside = window.outside(&all[range.clone()]);
             let mut of_window = window.variance(&outside, &sky);
             if let Some(suns) = self.suns
@@ -119,8 +119,12 @@ impl HourNoise for MatrixNoise<'_> {
 }
 
 impl WindowNoise<'_> {
-    /// Gradient by the light on the window's outer side, `[incident bin][rgb]`.
+    /// Gradient by the light on the outer side of the window's parts, `[incident bin][rgb]`, one part after the other.
     fn outside(&self, gradient: &[f64]) -> Vec<[f64; 3]> {
+        gradient.chunks(self.transmission.rows() * 3).flat_map(|part| self.outside_of_part(part)).collect()
+    }
+
+    fn outside_of_part(&self, gradient: &[f64]) -> Vec<[f64; 3]> {
         let t = self.transmission;
         let bins = t.cols();
         let mut outside = vec![[0.0f64; 3]; bins];

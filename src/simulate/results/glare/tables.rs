@@ -1,10 +1,9 @@
 //! Files of annual glare: one table and carpet per view, a table of all views, and a matrix.
 
+use super::carpet::carpet;
 use crate::error::{Error, Result, Warnings};
 use crate::files::write_atomically;
-use crate::glare::annual::{AnnualGlare, CLASS_LIMITS, GlareClass};
-use crate::image::carpet::{Carpet, Coloring};
-use crate::image::palette::Palette;
+use crate::glare::annual::{AnnualGlare, GlareClass};
 use crate::matrix::Matrix;
 use crate::progress::{Progress, cancelled};
 use crate::simulate::project::glare::GlareSection;
@@ -183,32 +182,9 @@ fn write_undecided(path: &Path, years: &[ViewYear], occupied: &[bool], calendar:
 
 /// The carpet, as PNG and SVG.
 fn draw(folder: &Path, year: &ViewYear, section: &GlareSection, days: &Days) -> Result<()> {
-    let value = |step: &Option<usize>| step.filter(|s| year.is_lit[*s]).map_or(f64::NAN, |s| year.hours[s].dgp);
-    let values: Vec<f64> = days.steps.iter().map(value).collect();
-    let gaps = days.steps.contains(&None);
-    let [a, b, c] = CLASS_LIMITS;
-    let names = [
-        format!("imperceptible, to {a:.2}"),
-        format!("perceptible, to {b:.2}"),
-        format!("disturbing, to {c:.2}"),
-        "intolerable".to_string(),
-    ];
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    // A class holds its upper limit.
-    let coloring = Coloring::classes(&CLASS_LIMITS.map(f64::next_up), &names, Palette::Viridis)?;
+    let value = |step: usize| if year.is_lit[step] { year.hours[step].dgp } else { f64::NAN };
     let state = if year.state.is_empty() { String::new() } else { format!(", {}", year.state) };
-    let carpet = Carpet {
-        values: &values,
-        steps_per_day: days.per_day,
-        first_day: days.first,
-        leap: days.leap,
-        title: format!("Daylight glare probability, {}{state}", year.view),
-        label: format!("DGP ({})", section.method.name()),
-        coloring,
-        missing: Some(if gaps { "night, or not in the weather file" } else { "night" }.into()),
-        shares: true,
-    };
-    let drawing = carpet.draw()?;
+    let drawing = carpet(days, &value, &format!("{}{state}", year.view), section.method.name())?;
     for extension in ["png", "svg"] {
         drawing.write(&folder.join(format!("{}.{extension}", year.view)), CARPET_SCALE)?;
     }

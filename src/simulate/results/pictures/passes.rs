@@ -197,6 +197,7 @@ pub(super) fn passes(
             )
         })?;
         sinks.end(numbers, open)?;
+        request.finished.map_or(Ok(()), |finished| finished(numbers))?;
     }
     Ok(())
 }

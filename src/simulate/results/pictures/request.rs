@@ -55,6 +55,8 @@ pub struct Request<'a> {
     pub memory: u64,
     /// What comes on top of the product.
     pub addition: Option<&'a Addition<'a>>,
+    /// Is told the numbers of pictures that are complete, some at a time.
+    pub finished: Option<&'a dyn Fn(&[usize]) -> Result<()>>,
 }
 
 /// A sparse picture for an hour, by its number: pixels in rising order, and RGB radiance.

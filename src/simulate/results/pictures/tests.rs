@@ -44,7 +44,8 @@ fn matrix_file(folder: &Path, v: &Matrix<f32>) -> String {
 }
 
 fn run(view: &mut PictureView, coefficients: &Matrix<f32>, output: &Output, memory: u64) -> Result<()> {
-    let request = Request { coefficients, hours: &HOURS, output, header: &["made by a test".to_string()], memory, addition: None };
+    let request =
+        Request { coefficients, hours: &HOURS, output, header: &["made by a test".to_string()], memory, addition: None, finished: None };
     write_pictures(&Native, view, &request, &Silent, &mut Warnings::new())
 }
 

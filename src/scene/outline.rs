@@ -1,7 +1,7 @@
-//! Sensors as cells of a plan, contours between them, and outlines of the room.
+//! Plans and sections: sensors as cells, contours between them, where a plane cuts the scene, its edges.
 
+use super::Scene;
 use glam::{DVec2, DVec3};
-use lucarne::scene::Scene;
 use std::collections::HashMap;
 
 /// Sensors as cells of a plan, each as wide as the distance to its neighbours.
@@ -56,6 +56,12 @@ impl Cells {
         let middles: Vec<DVec2> = positions.iter().map(|p| p.truncate()).collect();
         let boxes = middles.iter().map(|m| reach(*m, &middles, size)).collect();
         Self { middles, size, boxes }
+    }
+
+    /// Corners of the box around all cells, without what reaches into gaps.
+    pub fn range(&self) -> [DVec2; 2] {
+        let half = self.size * 0.5;
+        self.middles.iter().fold([DVec2::MAX, DVec2::MIN], |[low, high], m| [low.min(*m - half), high.max(*m + half)])
     }
 
     /// Corners of a cell: the part of its box that is nearer to it than to any other.
@@ -124,22 +130,66 @@ impl Cells {
     }
 }
 
-/// Lines where a horizontal plane cuts the scene: walls and furniture of the plan.
-pub fn section(scene: &Scene, height: f64) -> Vec<[DVec2; 2]> {
-    let mut lines = Vec::new();
-    for t in &scene.triangles {
-        let v = t.vertices;
-        let cut: Vec<DVec2> = (0..3)
-            .filter_map(|k| {
-                let (a, b) = (v[k], v[(k + 1) % 3]);
-                ((a.z < height) != (b.z < height)).then(|| a.lerp(b, (height - a.z) / (b.z - a.z)).truncate())
-            })
-            .collect();
-        if let [a, b] = cut[..] {
-            lines.push([a, b]);
-        }
+/// A plane that cuts the scene, with the axes of its drawing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cut {
+    /// A point of the plane, m: 0, 0 of the drawing.
+    pub origin: DVec3,
+    /// To the right, of unit length.
+    pub right: DVec3,
+    /// Upwards, of unit length and square to `right`.
+    pub up: DVec3,
+}
+
+impl Cut {
+    /// A plan: the horizontal plane at a height, x to the right and y upwards.
+    pub fn plan(height: f64) -> Self {
+        Self { origin: DVec3::Z * height, right: DVec3::X, up: DVec3::Y }
     }
-    lines
+
+    /// Place of a point in the drawing, seen square to the plane.
+    pub fn place(&self, point: DVec3) -> DVec2 {
+        let d = point - self.origin;
+        DVec2::new(d.dot(self.right), d.dot(self.up))
+    }
+
+    /// Lines where the plane cuts triangles: walls and furniture.
+    pub fn lines<'a>(&self, triangles: impl IntoIterator<Item = &'a [DVec3; 3]>) -> Vec<[DVec2; 2]> {
+        let normal = self.right.cross(self.up);
+        let mut lines = Vec::new();
+        for v in triangles {
+            let above = v.map(|p| (p - self.origin).dot(normal));
+            let cut: Vec<DVec2> = (0..3)
+                .filter_map(|k| {
+                    let (i, j) = (k, (k + 1) % 3);
+                    ((above[i] < 0.0) != (above[j] < 0.0)).then(|| self.place(v[i].lerp(v[j], above[i] / (above[i] - above[j]))))
+                })
+                .collect();
+            if let [a, b] = cut[..] {
+                lines.push([a, b]);
+            }
+        }
+        lines
+    }
+
+    /// Lines where the plane cuts a scene.
+    pub fn section(&self, scene: &Scene) -> Vec<[DVec2; 2]> {
+        self.lines(scene.triangles.iter().map(|t| &t.vertices))
+    }
+}
+
+/// Range of a drawing, lower left and upper right corner: around a box (sensors), with the lines near it and a margin.
+/// Walls that reach far beyond the box are those of the house, not of the room.
+pub fn extent([low, high]: [DVec2; 2], lines: &[[DVec2; 2]]) -> [DVec2; 2] {
+    let near = (high - low).max_element().max(2.0) * 0.35;
+    let (l, h) = (low - near, high + near);
+    let (mut low, mut high) = (low, high);
+    for p in lines.iter().filter(|line| line.iter().all(|p| p.cmpge(l).all() && p.cmple(h).all())).flatten() {
+        low = low.min(*p);
+        high = high.max(*p);
+    }
+    let margin = (high - low).max_element() * 0.04;
+    [low - margin, high + margin]
 }
 
 /// Edges of the scene's surfaces: those of one triangle only, or between different planes.
@@ -199,6 +249,24 @@ mod tests {
         // Even ones have the boxes that they always had.
         let even = Cells::around(&positions[..6]);
         assert!((area(&even.outline(4)) - even.size.x * even.size.y).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_plane_cuts_walls_where_they_stand() {
+        // A wall at y = 2 from x = 0 to 4, 3 m high, of two triangles.
+        let corner = |x: f64, z: f64| DVec3::new(x, 2.0, z);
+        let wall = [[corner(0.0, 0.0), corner(4.0, 0.0), corner(4.0, 3.0)], [corner(0.0, 0.0), corner(4.0, 3.0), corner(0.0, 3.0)]];
+        let plan = Cut::plan(1.0).lines(&wall);
+        let length = |lines: &[[DVec2; 2]]| lines.iter().map(|[a, b]| a.distance(*b)).sum::<f64>();
+        assert!((length(&plan) - 4.0).abs() < 1e-12 && plan.iter().flatten().all(|p| (p.y - 2.0).abs() < 1e-12), "{plan:?}");
+        let across = Cut { origin: DVec3::new(1.0, 0.0, 0.0), right: DVec3::Y, up: DVec3::Z };
+        let section = across.lines(&wall);
+        assert!((length(&section) - 3.0).abs() < 1e-12 && section.iter().flatten().all(|p| (p.x - 2.0).abs() < 1e-12), "{section:?}");
+        // What lies near a box belongs to its drawing, a wall that runs far beyond it does not.
+        let [low, high] = extent([DVec2::new(1.0, 0.5), DVec2::new(3.0, 1.5)], &plan[..1]);
+        assert!(low.x < 1.0 && high.y < 2.5, "{low} {high}");
+        let far = extent([DVec2::ZERO, DVec2::ONE], &[[DVec2::new(-50.0, 0.5), DVec2::new(50.0, 0.5)]]);
+        assert!((far[1] - DVec2::splat(1.04)).length() < 1e-12);
     }
 
     #[test]
