@@ -76,14 +76,23 @@ pub fn compute_suns(
         let cell = batches * some.len() * 4 * (tracer.components + CHANCES);
         let in_memory = usize::try_from(options.memory).unwrap_or(usize::MAX) / cell;
         let most = most_lights.min(in_memory).min(MOST_PAIRS / (some.len() * batches)).clamp(1, MOST_SUNS);
-        for (chunk, lit_by) in suns.chunks(most).enumerate() {
-            let part = (first as f64 + some.len() as f64 * (chunk * most) as f64 / suns.len() as f64) / sensors.len() as f64;
-            progress.update("light of suns", part);
-            if progress.stop_requested() {
-                return Err(cancelled());
+        let mut make = |result: &mut SunMatrix| {
+            for (chunk, lit_by) in suns.chunks(most).enumerate() {
+                let part = (first as f64 + some.len() as f64 * (chunk * most) as f64 / suns.len() as f64) / sensors.len() as f64;
+                progress.update("light of suns", part);
+                if progress.stop_requested() {
+                    return Err(cancelled());
+                }
+                from_suns.add((&receivers, &records), first, lit_by, chunk * most, result)?;
             }
-            from_suns.add((&receivers, &records), first, lit_by, chunk * most, &mut result)?;
-        }
+            Ok(())
+        };
+        let range = first..first + some.len();
+        trace::unit(progress, &format!("suns of sensors {range:?}"), &mut result, &mut make, &|result, values| {
+            values.pass_work(&mut result.statistics)?;
+            values.pass_rows(&mut result.total, range.clone())?;
+            values.pass_rows(&mut result.own_error, range.clone())
+        })?;
     }
     progress.update("light of suns", 1.0);
     Ok(result)
