@@ -166,8 +166,8 @@ fn a_small_file_that_states_a_huge_picture_is_refused_at_once() {
     let mut bytes = std::fs::read(&path).unwrap();
     const WINDOW: &[u8] = b"dataWindow\0box2i\0";
     let at = bytes.windows(WINDOW.len()).position(|w| w == WINDOW).unwrap() + WINDOW.len() + 4 + 8;
-    for side in [&mut 0, &mut 4] {
-        bytes[at + *side..at + *side + 4].copy_from_slice(&16_000i32.to_le_bytes());
+    for side in [at, at + 4] {
+        bytes[side..side + 4].copy_from_slice(&16_000i32.to_le_bytes());
     }
     std::fs::write(&path, bytes).unwrap();
     let error = read(&path).unwrap_err().to_string();
