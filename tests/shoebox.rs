@@ -52,7 +52,8 @@ fn a_public_shoebox_s_year_is_that_of_rcontrib() {
     let t = Pane::of_transmittance([0.6; 3]).unwrap().transmissivity[0];
     let pane = format!("void glass pane 0 0 3 {t} {t} {t}\npane polygon p 0 0 12  1.5 0 1  4.5 0 1  4.5 0 2.5  1.5 0 2.5\n");
     std::fs::write(path("room.rad"), format!("{ROOM}{pane}")).unwrap();
-    let grid: Vec<String> = (0..216).map(|i| format!("{} {} .75 0 0 1\n", 0.25 + 0.5 * f64::from(i % 12), 0.25 + 0.5 * f64::from(i / 12))).collect();
+    let grid: Vec<String> =
+        (0..216).map(|i| format!("{} {} .75 0 0 1\n", 0.25 + 0.5 * f64::from(i % 12), 0.25 + 0.5 * f64::from(i / 12))).collect();
     std::fs::write(path("points.txt"), grid.concat()).unwrap();
     let sky = ReinhartSky::new(1).unwrap();
     let of_hours: Vec<f64> = (0..HOURS).map(brightness).collect();
@@ -76,7 +77,8 @@ fn a_public_shoebox_s_year_is_that_of_rcontrib() {
     let glow = "void glow even 0 0 4 1 1 1 0\neven source sky 0 0 4 0 0 1 180\neven source ground 0 0 4 0 0 -1 180\n";
     std::fs::write(path("sky.rad"), glow).unwrap();
     std::fs::write(path("scene.oct"), testing::output(oconv.current_dir(folder.path()).args(["room.rad", "sky.rad"]))).unwrap();
-    let options = "-I+ -h -w -V- -ab 3 -ad 4096 -as 0 -aa 0 -lr -10 -lw 2.4e-5 -e MF:1 -f reinhart.cal -b rbin -bn Nrbins -m even scene.oct";
+    let options =
+        "-I+ -h -w -V- -ab 3 -ad 4096 -as 0 -aa 0 -lr -10 -lw 2.4e-5 -e MF:1 -f reinhart.cal -b rbin -bn Nrbins -m even scene.oct";
     let points = std::fs::File::open(path("points.txt")).unwrap();
     let text = testing::output(rcontrib.current_dir(folder.path()).args(options.split(' ')).stdin(points));
     let values: Vec<f64> = String::from_utf8(text).unwrap().split_whitespace().map(|v| v.parse().unwrap()).collect();
