@@ -193,9 +193,14 @@ impl Surroundings {
         let ground_reflectance = [project.weather.ground_albedo; 3];
         // Of five phases the sun's direct light is not V's and D's.
         let sun = inputs.choice(project).phases != 5;
-        let options = SkyOptions { subdivision: 1, sun, average: true, ground_reflectance, ..SkyOptions::default() };
-        let mean_sky = sky_matrix(&inputs.weather, &options, &Silent).ok()?;
-        let luminance = |p: usize| mean_sky.at(p, 0).iter().zip(ILLUMINANCE_WEIGHTS).map(|(v, w)| f64::from(*v) * w).sum();
+        // A sky made elsewhere has its own division.
+        let subdivision = if inputs.weather.given.is_some() { inputs.sky(project).subdivision() } else { 1 };
+        let options = SkyOptions { subdivision, sun, ground_reflectance, ..SkyOptions::default() };
+        let sky = sky_matrix(&inputs.weather, &options, &Silent).ok()?;
+        let of_row = |row: &[f32]| -> f64 {
+            row.chunks_exact(3).flat_map(|v| v.iter().zip(ILLUMINANCE_WEIGHTS)).map(|(v, w)| f64::from(*v) * w).sum()
+        };
+        let luminance = |p: usize| of_row(sky.row(p)) / sky.cols().max(1) as f64;
         Some(Self {
             kinds: solid.iter().map(|t| kind(t)).collect(),
             fronts: solid
@@ -205,8 +210,8 @@ impl Surroundings {
             solid: Caster::new(solid.iter().map(|t| t.vertices).collect()),
             windows: Caster::new(inputs.windows.iter().flat_map(|w| w.window.triangles.clone()).collect())?,
             openings: inputs.windows.iter().map(|w| Opening::new(&w.window)).collect(),
-            sky: ReinhartSky::new(1).ok()?,
-            luminance: (0..mean_sky.rows()).map(luminance).collect(),
+            luminance: (0..sky.rows()).map(luminance).collect(),
+            sky: ReinhartSky::from_bins(sky.rows())?,
         })
     }
 
