@@ -50,7 +50,6 @@ pub fn all() -> Vec<Target> {
             good: false,
             words: RADIANCE,
             beside: parts,
-            ..PLAIN
         },
         Target {
             name: "gltf",
