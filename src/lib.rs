@@ -82,7 +82,7 @@
 //! # Who imports whom
 //!
 //! Downwards only; `tests/architecture` holds the list:
-//! `files, gpu, bins, matrix → bsdf, weather, sky → bvh, camera, image → scene, glare → kernels → simulate → report → cli`.
+//! `files, gpu, bins, matrix → bsdf, weather, sky → bvh, camera, image → scene, glare → kernels, metrics → simulate → report → cli`.
 //! The device layer knows nothing of daylight, the readers nothing of the device, the library nothing of
 //! the command line and the viewer.
 //!
@@ -109,6 +109,7 @@ pub mod image;
 pub mod kernels;
 pub(crate) mod limits;
 pub mod matrix;
+pub mod metrics;
 pub mod progress;
 pub(crate) mod random;
 pub mod report;

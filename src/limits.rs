@@ -31,6 +31,10 @@ pub(crate) const STATEMENTS: usize = 50_000_000;
 /// Triangles of a scene; more would not fit the memory of usual machines and devices.
 pub(crate) const TRIANGLES: usize = 50_000_000;
 
+/// Triangles of a scene that copies and generators make: a short line asks for them, where files bring their own. They
+/// take some hundred bytes each until the scene is read.
+pub(crate) const MADE_TRIANGLES: usize = 1 << 20;
+
 /// Surfaces in a file of windows.
 pub(crate) const WINDOW_SURFACES: usize = 1 << 17;
 
@@ -97,6 +101,13 @@ pub(crate) const EXPRESSION_STEPS: usize = 1 << 20;
 
 /// Pixels of a picture; more are taken for a damaged resolution line (2²⁸: 16384 × 16384).
 pub(crate) const PIXELS: usize = 1 << 28;
+
+/// Pixels of an EXR picture for each byte of its file, which no compression exceeds: deflate packs at most 1032 bytes
+/// into one, and a pixel has two or more.
+pub(crate) const EXR_PIXELS_PER_BYTE: u64 = 516;
+
+/// Bytes added to the file's before that, for the smallest pictures.
+pub(crate) const EXR_HEADROOM: u64 = 1 << 10;
 
 /// Bytes of the header of a picture; a binary file without line ends stops here.
 pub(crate) const PICTURE_HEADER: usize = 1 << 20;

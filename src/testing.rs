@@ -4,7 +4,7 @@
 //! The unit tests have this file as a module, integration tests include it by its path. A test that
 //! lacks something calls [`skip`] (or a function here that does) and returns. Every skip is a line in
 //! `target/skipped.txt`, which `make test` counts and shows at its end: libtest swallows what passing
-//! tests print. `LUCARNE_REQUIRE=gpu,radiance,shared,pywincalc` (or some of them) makes it a failure.
+//! tests print. `LUCARNE_REQUIRE=gpu,radiance,shared,pywincalc,honeybee` (or some of them) makes it a failure.
 #![allow(dead_code, unused_imports, reason = "not every test that includes this file needs all of it")]
 
 use std::fmt::Display;
@@ -25,6 +25,8 @@ pub enum Need {
     Shared,
     /// WINDOW's engine, Python package `pywincalc`.
     Pywincalc,
+    /// Metrics of other hands, Python package `honeybee-radiance-postprocess`.
+    Honeybee,
 }
 
 impl Need {
@@ -35,6 +37,7 @@ impl Need {
             Self::Radiance => "radiance",
             Self::Shared => "shared",
             Self::Pywincalc => "pywincalc",
+            Self::Honeybee => "honeybee",
         }
     }
 
@@ -240,6 +243,19 @@ pub fn has_pywincalc() -> bool {
 /// If pywincalc is installed and the script fails.
 pub fn pywincalc(script: &str) -> Option<Vec<u8>> {
     has_pywincalc().then(|| output(Command::new("python3").args(["-c", script])))
+}
+
+/// Standard output of a Python script that uses `honeybee-radiance-postprocess`, or a skip.
+///
+/// # Panics
+/// If the package is installed and the script fails.
+pub fn honeybee_postprocess(script: &str, arguments: &[&str]) -> Option<Vec<u8>> {
+    let find = ["-c", "import importlib.util as u; exit(u.find_spec('honeybee_radiance_postprocess') is None)"];
+    let found = Command::new("python3").args(find).stderr(Stdio::null()).status().is_ok_and(|s| s.success());
+    if !found {
+        skip(Need::Honeybee, &"honeybee-radiance-postprocess is not installed");
+    }
+    found.then(|| output(Command::new("python3").args(["-c", script]).args(arguments)))
 }
 
 #[cfg(test)]

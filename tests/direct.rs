@@ -219,7 +219,7 @@ fn a_wall_takes_its_half_of_the_sky_and_its_suns() {
     let out = folder.path().join("out");
     let summary = plan.write(&device, &out, &Silent, &mut Warnings::new()).unwrap();
     assert_eq!(summary.quantity, "irradiance");
-    assert!(summary.sensors[0].mean_illuminance_lx.is_none() && summary.sensors[0].spatial_autonomy.is_none());
+    assert!(summary.sensors[0].mean_illuminance_lx.is_none() && summary.sensors[0].metrics.is_empty());
     let sky = table(&out.join("irradiance/room_sky.csv"));
     assert!((sky[0][0] - 0.5).abs() < 0.01, "beside the wall half of the sky: {sky:?}");
     assert!(sky[1][0] < 1e-4 && sky[1][2] == 0.0, "towards the wall nothing is seen: {sky:?}");

@@ -11,6 +11,7 @@ mod matrix_args;
 mod matrix_coefficients;
 mod matrix_picture;
 mod matrix_sun;
+mod metrics;
 mod multiply;
 pub mod output;
 mod plan;
@@ -65,6 +66,8 @@ enum Verb {
     Plan(plan::Args),
     /// A whole project: a year of illuminance from a project.toml.
     Run(run::Args),
+    /// Named metrics of a finished result folder again, with other hours: nothing is traced.
+    Metrics(metrics::Args),
     /// A page of results to read, print and send: plan, heat maps, glare, errors.
     Report(report::Args),
     /// Error against time: which settings of a project are worth their time.
@@ -87,6 +90,7 @@ pub fn main() -> ExitCode {
         Verb::Falsecolor(args) => falsecolor::run(args, &mut warnings),
         Verb::Plan(args) => plan::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
+        Verb::Metrics(args) => metrics::run(&args),
         Verb::Report(args) => report::run(args, &mut warnings),
         Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(args, &mut warnings),

@@ -92,10 +92,9 @@ fn report(output: &Path, summary: &Summary) {
         if let Some(share) = sensors.mean_daylight_factor {
             println!("  mean daylight factor {:.2} %", 100.0 * share);
         }
-        if let Some(share) = sensors.spatial_autonomy {
-            println!("  {:.1} %: {}", 100.0 * share, sensors.spatial_autonomy_means);
-        }
+        super::metrics::print(&sensors.metrics);
     }
+    super::metrics::print(&summary.metrics);
     for view in &summary.views {
         let place = match view.pictures {
             0 => output.join("matrices").join(format!("V_{}.mtx", view.name)),
@@ -108,6 +107,7 @@ fn report(output: &Path, summary: &Summary) {
         let states = if glare.states > 1 { format!(", {} states of the façade", glare.states) } else { String::new() };
         let place = output.join("glare/annual.csv");
         println!("{}: {} views{states}, {} hours with light, method {}", place.display(), glare.views, glare.hours, glare.method);
+        super::metrics::print(&glare.metrics);
     }
     if let Some(e) = summary.estimated_error {
         let met = match (e.target, e.target_met) {

@@ -35,6 +35,11 @@ pub mod glare {
     #![doc = include_str!("glare.md")]
 }
 
+/// Metrics with names: what each is, where it is defined, what noise makes of it.
+pub mod metrics {
+    #![doc = include_str!("metrics.md")]
+}
+
 /// BSDFs: look at them, mend them, make them.
 pub mod bsdf {
     #![doc = include_str!("bsdf.md")]

@@ -96,6 +96,10 @@ impl MatrixRows {
         let count = count.min(self.rows - self.next);
         let row = self.cols * self.header.components;
         out.clear();
+        // A file without rows may state any length of them.
+        if count == 0 {
+            return Ok(0);
+        }
         out.reserve(count * row);
         let mut bytes = vec![0; row * self.width];
         for _ in 0..count {
@@ -173,5 +177,8 @@ mod tests {
         let error = MatrixRows::open(&path).unwrap().unwrap().read(5, &mut Vec::new()).unwrap_err().to_string();
         assert!(error.contains("row 5, column 4"), "{error}");
         assert!(MatrixRows::open(&folder.path().join("none")).is_err());
+        // No values fill no rows of any length: found by fuzzing.
+        std::fs::write(&path, "NCOLS=2\nNCOMP=9223372036854770\nFORMAT=double\n\n").unwrap();
+        assert_eq!(MatrixRows::open(&path).unwrap().unwrap().read(16, &mut Vec::new()).unwrap(), 0);
     }
 }

@@ -25,7 +25,10 @@ fn numbers(results: &Results) -> Vec<(String, Number)> {
         };
         add("mean illuminance, lx", 1.0, s.mean_illuminance_lx, s.mean_illuminance_standard_error_lx);
         add("mean irradiance, W/m²", 1.0, s.mean_irradiance_w_m2, s.mean_irradiance_standard_error_w_m2);
-        add("DA300 ≥ 50 % of the plan, %", 100.0, s.spatial_autonomy, s.spatial_autonomy_standard_error);
+        for metric in s.metrics.iter().filter(|m| !m.is_detail()) {
+            let (unit, factor) = if metric.unit == "share" { ("%", 100.0) } else { (metric.unit.as_str(), 1.0) };
+            add(&format!("{}, {unit}", metric.title), factor, metric.value, metric.standard_error);
+        }
     }
     for glare in &results.year.glare {
         let lit: Vec<f64> = glare.dgp.iter().copied().filter(|v| v.is_finite()).collect();

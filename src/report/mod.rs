@@ -4,6 +4,7 @@
 //! parts    what a report is made of: sections of text, tables and figures
 //! plan     drawings of plans and sections of the room
 //! project  what was asked, the room, its windows
+//! metrics  metrics with names, their classes
 //! sensors  what the sensors tell
 //! glare    what the views tell
 //! account  how exact it is, warnings, where the time went
@@ -17,6 +18,7 @@
 mod account;
 mod compare;
 mod glare;
+mod metrics;
 mod page;
 mod parts;
 mod plan;
@@ -53,6 +55,7 @@ impl Report {
         let scales = sensors::Scales::of(results);
         let sections = |results: &Results| -> Result<Vec<Section>> {
             let mut sections = vec![project::section(results), project::room(results)];
+            sections.push(metrics::section(results));
             sections.push(sensors::section(results, &scales)?);
             sections.push(glare::section(results)?);
             sections.push(account::accuracy(results));

@@ -5,8 +5,9 @@ use super::plan::HeatMap;
 use crate::error::Result;
 use crate::image::carpet::{Carpet, Coloring};
 use crate::image::palette::{Palette, Scale, round_up, rounded_number};
+use crate::metrics::Estimated;
 use crate::simulate::Results;
-use crate::simulate::results::annual::{AUTONOMY_LX, Estimated, SensorYear, USEFUL_LX};
+use crate::simulate::inputs::counting::MEAN;
 use crate::simulate::year::Sensors;
 use crate::weather::Days;
 use crate::weather::time::steps_per_day;
@@ -35,9 +36,9 @@ impl Scales {
         let mut all: HashMap<String, Maxima> = HashMap::new();
         for group in results.iter().flat_map(|r| &r.year.sensors) {
             let maxima = all.entry(group.name.clone()).or_insert(Maxima { mean: 0.0, step: 0.0, error: 0.0 });
-            for sensor in &group.metrics {
-                maxima.mean = maxima.mean.max(sensor.mean.value);
-                maxima.error = maxima.error.max(relative(sensor));
+            for mean in column(group, MEAN) {
+                maxima.mean = maxima.mean.max(mean.value);
+                maxima.error = maxima.error.max(relative(mean));
             }
             let mut means: Vec<f64> = group_means(group).into_iter().filter(|v| *v > 0.0).collect();
             means.sort_by(f64::total_cmp);
@@ -55,9 +56,14 @@ impl Scales {
     }
 }
 
+/// Numbers of all sensors of a group; none if the results do not have them.
+fn column(group: &Sensors, name: &str) -> Vec<Estimated> {
+    (0..group.metrics.rows.len()).filter_map(|s| group.metrics.get(s, name)).collect()
+}
+
 /// Standard error of a sensor's mean, % of it.
-fn relative(sensor: &SensorYear) -> f64 {
-    if sensor.mean.value > 0.0 { 100.0 * sensor.mean.standard_error / sensor.mean.value } else { 0.0 }
+fn relative(mean: Estimated) -> f64 {
+    if mean.value > 0.0 { 100.0 * mean.standard_error / mean.value } else { 0.0 }
 }
 
 /// Mean illuminance of a group at every step, lx: of the sensors that face up, if any do.
@@ -90,38 +96,24 @@ pub(super) fn days(results: &Results) -> Option<Days> {
 pub(super) fn section(results: &Results, scales: &Scales) -> Result<Section> {
     let (year, mut parts) = (&results.year, Vec::new());
     let confidence = year.summary.estimated_error.map_or(2.0, |e| e.confidence_95);
-    let mut groups = Table::new(
-        "groups",
-        "Groups of sensors; ± is the interval of 95 %",
-        &["sensors", "count", "without light", "mean", "DA300 ≥ 50 % of the plan"],
-    );
+    let mut groups = Table::new("groups", "Groups of sensors; ± is the interval of 95 %", &["sensors", "count", "without light", "mean"]);
     for s in &year.summary.sensors {
         let mean = match (s.mean_illuminance_lx, s.mean_irradiance_w_m2) {
             (Some(lx), _) => format!("{} lx", with_interval(lx, confidence * s.mean_illuminance_standard_error_lx.unwrap_or(0.0))),
             (None, Some(w)) => format!("{} W/m²", with_interval(w, confidence * s.mean_irradiance_standard_error_w_m2.unwrap_or(0.0))),
             (None, None) => "–".into(),
         };
-        let share = s.spatial_autonomy.map_or("–".into(), |share| {
-            format!("{} %", with_interval(100.0 * share, 100.0 * confidence * s.spatial_autonomy_standard_error.unwrap_or(0.0)))
-        });
-        groups.rows.push(vec![s.name.clone(), s.count.to_string(), s.without_light.to_string(), mean, share]);
+        groups.rows.push(vec![s.name.clone(), s.count.to_string(), s.without_light.to_string(), mean]);
     }
     if groups.rows.is_empty() {
         return Ok(Section { title: "Sensors", parts: vec![Part::Text("The project has no sensors.".into())] });
     }
     parts.push(Part::Table(groups));
-    if year.summary.sensors.iter().any(|s| s.spatial_autonomy.is_some()) {
-        parts.push(Part::Text(
-            "DA300 ≥ 50 % of the plan: share of the sensors facing up that have 300 lx in at least half of the hours from 8 to 18, \
-             the façade as computed. LM-83's sDA moves blinds and is another number."
-                .into(),
-        ));
-    }
     let days = days(results);
     for group in &year.sensors {
         let maxima = scales.group(group);
         parts.push(Part::Heading(group.name.clone()));
-        if group.metrics.len() == group.count() && group.count() > 0 {
+        if column(group, MEAN).len() == group.count() && group.count() > 0 {
             parts.push(Part::Table(spread(group)));
             if group.positions.len() == group.count() && group.count() <= MOST_CELLS && is_a_plan(group) {
                 parts.push(Part::Figures(maps(results, group, &maxima)?));
@@ -167,15 +159,21 @@ fn spread(group: &Sensors) -> Table {
         "Metrics of the sensors",
         &["metric", "least", "median", "greatest", "largest standard error"],
     );
-    let useful = format!("UDI, {} to {} lx", USEFUL_LX.start(), USEFUL_LX.end());
-    let metrics: [(&str, fn(&SensorYear) -> Estimated, bool); 3] =
-        [("mean illuminance", |s| s.mean, false), ("daylight autonomy, 300 lx", |s| s.autonomy, true), (&useful, |s| s.useful, true)];
-    for (name, of, is_share) in metrics {
-        let mut values: Vec<f64> = group.metrics.iter().map(|s| of(s).value).collect();
+    for name in &group.metrics.columns {
+        let numbers = column(group, name);
+        let mut values: Vec<f64> = numbers.iter().map(|n| n.value).filter(|v| v.is_finite()).collect();
+        if values.is_empty() {
+            continue;
+        }
         values.sort_by(f64::total_cmp);
-        let error = group.metrics.iter().map(|s| of(s).standard_error).fold(0.0, f64::max);
-        let text = |v: f64| if is_share { percent(v) } else { format!("{} lx", rounded_number(v)) };
-        table.rows.push(vec![name.into(), text(values[0]), text(values[values.len() / 2]), text(values[values.len() - 1]), text(error)]);
+        let error = numbers.iter().map(|n| n.standard_error).fold(0.0, f64::max);
+        let text = |v: f64| match () {
+            () if name.starts_with("mean_") || name.starts_with("equinox_") => format!("{} lx", rounded_number(v)),
+            () if name.starts_with("exposure_") => format!("{} klx·h", rounded_number(v)),
+            () if name.starts_with("sun_hours_") => format!("{} h", rounded_number(v)),
+            () => percent(v),
+        };
+        table.rows.push(vec![name.clone(), text(values[0]), text(values[values.len() / 2]), text(values[values.len() - 1]), text(error)]);
     }
     table
 }
@@ -187,36 +185,39 @@ fn maps(results: &Results, group: &Sensors, maxima: &Maxima) -> Result<Vec<Figur
     let share = |v: f64| format!("{v:.0}");
     let small = |v: f64| format!("{v:.2}");
     let shares = Scale::linear(0.0, 100.0)?;
-    type Of = fn(&SensorYear) -> f64;
-    let [autonomy, useful] =
-        [format!("Daylight autonomy, {AUTONOMY_LX} lx"), format!("Useful daylight, {} to {} lx", USEFUL_LX.start(), USEFUL_LX.end())];
-    let maps: [(&str, &str, &str, Of, Scale, &dyn Fn(f64) -> String, Palette); 4] = [
-        ("mean", "Mean illuminance", "lx", |s| s.mean.value, Scale::linear(0.0, maxima.mean)?, &number, Palette::Viridis),
-        ("autonomy", &autonomy, "%", |s| 100.0 * s.autonomy.value, shares, &share, Palette::Viridis),
-        ("useful", &useful, "%", |s| 100.0 * s.useful.value, shares, &share, Palette::Viridis),
-        ("error", "Standard error of the mean", "%", relative, Scale::linear(0.0, maxima.error)?, &small, Palette::Cividis),
+    let first = |start: &str| group.metrics.columns.iter().find(|c| c.starts_with(start)).cloned().unwrap_or_default();
+    let (autonomy, useful) = (first("autonomy_"), first("useful_"));
+    let of = |name: &str, f: &dyn Fn(Estimated) -> f64| -> Vec<f64> { column(group, name).into_iter().map(f).collect() };
+    let percents = |name: &str| of(name, &|e| 100.0 * e.value);
+    let [mean, error] = [Scale::linear(0.0, maxima.mean)?, Scale::linear(0.0, maxima.error)?];
+    let titles = [autonomy.replace('_', " "), useful.replace('_', " ")].map(|t| format!("Share of the hours: {t}"));
+    let maps: [(&str, &str, &str, Vec<f64>, Scale, &dyn Fn(f64) -> String, Palette); 4] = [
+        ("mean", "Mean illuminance", "lx", of(MEAN, &|e| e.value), mean, &number, Palette::Viridis),
+        ("autonomy", &titles[0], "%", percents(&autonomy), shares, &share, Palette::Viridis),
+        ("useful", &titles[1], "%", percents(&useful), shares, &share, Palette::Viridis),
+        ("error", "Standard error of the mean", "%", of(MEAN, &relative), error, &small, Palette::Cividis),
     ];
-    let figure = |(name, title, label, of, scale, text, palette): (&str, &str, &str, Of, Scale, &dyn Fn(f64) -> String, Palette)| {
-        let values: Vec<f64> = group.metrics.iter().map(of).collect();
-        let map = HeatMap {
-            title: title.to_string(),
-            group,
-            scene: around.map(|a| &a.scene),
-            north: around.map(|a| a.weather.north),
-            values: &values,
-            palette,
-            scale,
-            label,
-            text,
+    let figure =
+        |(name, title, label, values, scale, text, palette): (&str, &str, &str, Vec<f64>, Scale, &dyn Fn(f64) -> String, Palette)| {
+            let map = HeatMap {
+                title: title.to_string(),
+                group,
+                scene: around.map(|a| &a.scene),
+                north: around.map(|a| a.weather.north),
+                values: &values,
+                palette,
+                scale,
+                label,
+                text,
+            };
+            Figure {
+                name: format!("{}_{name}", group.name),
+                label: format!("{title}, {}", group.name),
+                caption: String::new(),
+                drawing: map.draw(),
+            }
         };
-        Figure {
-            name: format!("{}_{name}", group.name),
-            label: format!("{title}, {}", group.name),
-            caption: String::new(),
-            drawing: map.draw(),
-        }
-    };
-    Ok(maps.into_iter().map(figure).collect())
+    Ok(maps.into_iter().filter(|m| !m.3.is_empty()).map(figure).collect())
 }
 
 #[cfg(test)]

@@ -43,7 +43,9 @@ use std::time::Instant;
 /// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux; direct: `whole` C·S, `direct` Cd·Sds, `sun` Cds·Ssun, the light that rooms reflect of the suns in both (see [`light`](super::light)) |
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
-/// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy and useful daylight of each sensor with their standard errors |
+/// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy, useful daylight, daylight factor and what else metrics count of each sensor, with their standard errors |
+/// | `metrics/metrics.csv` | named metrics of each group and of all, with error, class, doubts |
+/// | `metrics/hours.csv`, `SENSORS_sensors.csv` | time steps with the diffuse illuminance outdoors and which schedules count them; where sensors are and face |
 /// | `illuminance/SENSORS_moments.csv` | named moments: mean, least and most lux of each, and daylight factors |
 /// | `irradiance/SENSORS_monthly.csv` | sums of each month, kWh/m² |
 /// | `illuminance/SENSORS_sky.csv` | direct: sky view factor, and hours of the weather's direct sun in which any of its disc is seen |
@@ -98,6 +100,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let start = Instant::now();
     let mut ledger = Ledger::default();
     let (inputs, progress) = (context.inputs, context.progress);
+    let counting = inputs.counting(context.project)?;
 
     let clock = Instant::now();
     progress.begin("S");
@@ -141,10 +144,10 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let lux = sensors::light_at_sensors(context, &made)?;
     ledger.seconds.product = clock.elapsed().as_secs_f64();
 
-    let errors = timed(&mut ledger.seconds.error_estimate, || sensors::errors(context, &made, &lux))?;
+    let errors = timed(&mut ledger.seconds.error_estimate, || sensors::errors(context, &counting, &made, &lux))?;
 
     let clock = Instant::now();
-    let groups = sensors::write(context, &lux, &errors, &dark)?;
+    let (groups, metrics) = sensors::write(context, &counting, &lux, &errors, &dark)?;
     sensors::write_sky(context, &made)?;
     let pictures = views::pictures(context, &mut ledger, &made, warnings)?;
     ledger.seconds.write = clock.elapsed().as_secs_f64();
@@ -172,7 +175,10 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     warn_of_error(context.project, &errors, warnings);
     context.store.warn_of_damage(warnings);
     let census = suns.as_ref().map(|suns| suns.set.census.clone());
-    let summary = summary(context, &ledger, multiplier.description(), groups, pictures, glare, errors.estimated, census, warnings);
+    let summary = Summary {
+        metrics,
+        ..summary(context, &ledger, multiplier.description(), groups, pictures, glare, errors.estimated, census, warnings)
+    };
     summary.write(&context.store.summary_path())?;
     context.store.remove_units();
     Ok(summary)
@@ -233,6 +239,7 @@ fn summary(
         glass_left: inputs.glass_left.clone(),
         matrices_are_given,
         sensors,
+        metrics: Vec::new(),
         views,
         glare,
         matrices: ledger.matrices.clone(),

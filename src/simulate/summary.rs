@@ -6,7 +6,8 @@ use super::results::views::ViewSummary;
 use super::store::Store;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
-use crate::simulate::inputs::parts::Division;
+use crate::metrics::Metric;
+use crate::simulate::inputs::division::Division;
 use crate::simulate::inputs::suns::SunCensus;
 use crate::simulate::inputs::{Differences, Inputs, ProjectWindow};
 use crate::simulate::results::glare::GlareSummary;
@@ -63,6 +64,9 @@ pub struct Summary {
     pub matrices_are_given: bool,
     /// Results per group of sensors.
     pub sensors: Vec<SensorSummary>,
+    /// Metrics of all groups of sensors together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub metrics: Vec<Metric>,
     /// Pictures per view.
     pub views: Vec<ViewSummary>,
     /// Annual glare, if the project asks for it.

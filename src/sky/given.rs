@@ -5,7 +5,7 @@ use crate::bins::ReinhartSky;
 use crate::error::{Error, Result, Warnings};
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
-use crate::units::{ILLUMINANCE_WEIGHTS, SUN_DIAMETER_DEG};
+use crate::units::{ILLUMINANCE_WEIGHTS, LUMINOUS_EFFICACY, SUN_DIAMETER_DEG};
 use crate::weather::given::GivenSky;
 use crate::weather::sun::SunPosition;
 use std::f64::consts::TAU;
@@ -178,6 +178,24 @@ pub(super) fn columns(given: &GivenSky) -> Vec<SkyColumn> {
             None => SkyColumn { record, sun: below, direct_normal: 0.0, black },
         })
         .collect()
+}
+
+/// Per step the sun's direct normal and the sky's diffuse horizontal illuminance, lx, as the matrices have them; of a sky
+/// whose direct part is not given the sun is in the diffuse.
+pub fn outdoors(given: &GivenSky) -> Vec<[f64; 2]> {
+    let (whole, disc) = (&given.whole, TAU * (1.0 - (SUN_DIAMETER_DEG / 2.0).to_radians().cos()));
+    let Some(sky) = ReinhartSky::from_bins(whole.rows()) else { return vec![[0.0; 2]; whole.cols()] };
+    let sun = |step: usize| given.suns.as_ref().and_then(|(_, all)| all[step]).map_or(0.0, |(_, radiance)| radiance * disc);
+    let mut found: Vec<[f64; 2]> = (0..whole.cols()).map(|step| [sun(step) * LUMINOUS_EFFICACY, 0.0]).collect();
+    for patch in 1..whole.rows() {
+        let horizontal = sky.solid_angle(patch) * sky.centre(patch).z * LUMINOUS_EFFICACY;
+        let direct = given.direct.as_ref().map(|d| d.row(patch));
+        for (step, out) in found.iter_mut().enumerate() {
+            let at = 3 * step..3 * step + 3;
+            out[1] += horizontal * (luminance(&whole.row(patch)[at.clone()]) - direct.map_or(0.0, |d| luminance(&d[at])));
+        }
+    }
+    found
 }
 
 fn position(sky: &ReinhartSky, patch: usize) -> SunPosition {

@@ -125,6 +125,15 @@ pub fn sun_hours(weather: &Weather, options: &SkyOptions) -> Result<Vec<Option<S
     Ok(hours.par_iter().map(sun).collect())
 }
 
+/// Diffuse horizontal illuminance outdoors of every time step, lx: what the file tells, or Perez' luminous efficacy of what
+/// it tells.
+///
+/// # Errors
+/// Weather without time steps.
+pub fn diffuse_illuminance(weather: &Weather) -> Result<Vec<f64>> {
+    Ok(hours(weather, &SkyOptions::default())?.iter().map(|h| h.diffuse * LUMINOUS_EFFICACY).collect())
+}
+
 /// The sky matrix `[patch][hour]` of RGB radiance, W/m²sr. Row 0 is the ground, then the patches of
 /// [`ReinhartSky`]; with [`SkyOptions::average`] there is one column.
 ///

@@ -38,17 +38,19 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &["bins", "bsdf", "image", "text", "files", "progress"]),
     // Definitions of metrics in f64.
     ("glare", &["bins", "camera", "image", "matrix", "progress"]),
+    // Named metrics of a year, in f64 over arrays: knows nothing of simulate.
+    ("metrics", &["glare", "matrix", "text", "weather"]),
     // Device code with its host half: reads no files.
     ("kernels", &["gpu", "bins", "bsdf", "scene", "bvh", "sky", "camera", "image", "glare", "matrix", "progress"]),
     (
         "simulate",
         &[
-            "gpu", "bvh", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "matrix", "text", "files",
-            "progress",
+            "gpu", "bvh", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "metrics", "matrix", "text",
+            "files", "progress",
         ],
     ),
     // What results hold, on a page.
-    ("report", &["simulate", "bsdf", "weather", "scene", "image", "glare", "files"]),
+    ("report", &["simulate", "metrics", "bsdf", "weather", "scene", "image", "glare", "metrics", "files"]),
 ];
 
 const OPEN_TO_ALL: &[&str] = &["error", "limits", "units", "statistics", "random"];

@@ -3,7 +3,7 @@
 use super::exr_error;
 use crate::error::{Error, Result};
 use crate::image::Picture;
-use crate::limits::PIXELS;
+use crate::limits::{EXR_HEADROOM, EXR_PIXELS_PER_BYTE, PIXELS};
 use crate::units::LUMINOUS_EFFICACY;
 use ::exr::block::UncompressedBlock;
 use ::exr::block::reader::ChunksReader as _;
@@ -79,6 +79,10 @@ pub fn read_part(path: &Path, index: usize) -> Result<Picture> {
     let bad = |message: String| Err(Error::new(message).file(path));
     if width == 0 || height == 0 || width.checked_mul(height).is_none_or(|n| n > PIXELS) {
         return bad(format!("a picture of {width} × {height} pixels is not possible"));
+    }
+    let length = std::fs::metadata(path).map_err(|e| Error::io(path, &e))?.len();
+    if (width * height) as u64 > (length + EXR_HEADROOM) * EXR_PIXELS_PER_BYTE {
+        return bad(format!("a picture of {width} × {height} pixels cannot be in a file of {length} bytes"));
     }
     if header.deep {
         return bad("deep pictures are not supported".into());

@@ -156,3 +156,20 @@ fn damaged_files_are_errors_never_panics() {
     std::fs::write(&path, b"#?RADIANCE\n").unwrap();
     assert!(read(&path).unwrap_err().to_string().contains("a.exr"));
 }
+
+#[test]
+fn a_small_file_that_states_a_huge_picture_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.exr");
+    let picture = Picture::new(4, 4, vec![[1.0; 3]; 16]).unwrap();
+    write(&path, &picture, Options { samples: Samples::Half, channels: Channels::Rgb }, &mut Warnings::new()).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    const WINDOW: &[u8] = b"dataWindow\0box2i\0";
+    let at = bytes.windows(WINDOW.len()).position(|w| w == WINDOW).unwrap() + WINDOW.len() + 4 + 8;
+    for side in [at, at + 4] {
+        bytes[side..side + 4].copy_from_slice(&16_000i32.to_le_bytes());
+    }
+    std::fs::write(&path, bytes).unwrap();
+    let error = read(&path).unwrap_err().to_string();
+    assert!(["cannot be in a file of", "not a valid EXR", "truncated"].iter().any(|e| error.contains(e)), "{error}");
+}

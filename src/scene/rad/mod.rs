@@ -267,6 +267,10 @@ impl Sink for SceneSink {
         self.modifiers.alias(modifier, name, target, file, line)
     }
 
+    fn size(&self) -> usize {
+        self.scene.triangles.len()
+    }
+
     fn parameters(&mut self, _: &str, _: &Rc<Path>, _: usize) -> Result<()> {
         Ok(())
     }

@@ -84,6 +84,10 @@ impl Sink for PolygonSink {
         self.modifiers.alias(modifier, name, target, file, line)
     }
 
+    fn size(&self) -> usize {
+        self.polygons.len()
+    }
+
     fn parameters(&mut self, _: &str, _: &Rc<Path>, _: usize) -> Result<()> {
         Ok(())
     }

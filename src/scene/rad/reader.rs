@@ -31,6 +31,9 @@ pub(super) trait Sink {
     /// If it makes no sense here.
     fn parameters(&mut self, text: &str, file: &Rc<Path>, line: usize) -> Result<()>;
 
+    /// Triangles, or whatever it makes of surfaces, so far.
+    fn size(&self) -> usize;
+
     /// A sky of the scene's own, which is left out.
     fn sky(&mut self, _file: &Path, _line: usize, _warnings: &mut Warnings) {}
 }
@@ -45,12 +48,14 @@ pub(super) struct Reader<'a> {
     copies: usize,
     /// How often the file that is being read appears, by the arrays around it.
     within: usize,
+    /// What generators and copies made of surfaces: no file's length bounds it.
+    made: usize,
 }
 
 impl<'a> Reader<'a> {
     /// A reader that resolves paths against the folder `base`.
     pub(super) fn new(base: &'a Path) -> Self {
-        Self { base, parsed: HashMap::new(), chain: Vec::new(), statements: 0, copies: 0, within: 1 }
+        Self { base, parsed: HashMap::new(), chain: Vec::new(), statements: 0, copies: 0, within: 1, made: 0 }
     }
 
     /// Reads a file and all it includes.
@@ -93,6 +98,7 @@ impl<'a> Reader<'a> {
         for statement in statements.iter() {
             self.count(&file, statement)?;
             match statement {
+                Statement::Object(object) if self.within > 1 => self.made(object, placement, &file, sink, warnings)?,
                 Statement::Object(object) => sink.object(object, placement, &file, warnings)?,
                 Statement::Alias { modifier, name, target, line } => sink.alias(modifier, name, target, &file, *line)?,
                 Statement::Parameters { text, line } => sink.parameters(text, &file, *line)?,
@@ -134,7 +140,7 @@ impl<'a> Reader<'a> {
             Source::Generator(generator) => {
                 for object in &generator.objects {
                     self.count_one(file, object.line)?;
-                    sink.object(object, placement, file, warnings)?;
+                    self.made(object, placement, file, sink, warnings)?;
                 }
             }
             Source::Sky(objects) => {
@@ -151,6 +157,25 @@ impl<'a> Reader<'a> {
                     }
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// An object of a generator or a copy, which a short line may make many of.
+    fn made(
+        &mut self,
+        object: &Object,
+        placement: &Placement,
+        file: &Rc<Path>,
+        sink: &mut dyn Sink,
+        warnings: &mut Warnings,
+    ) -> Result<()> {
+        let before = sink.size();
+        sink.object(object, placement, file, warnings)?;
+        self.made += (sink.size() - before).max(1);
+        if self.made > limits::MADE_TRIANGLES {
+            let error = limits::exceeded("copies and generators make", limits::MADE_TRIANGLES, "triangles");
+            return Err(object.at(error.help("make fewer of them, or write what they make into a file: that may have more"), file));
         }
         Ok(())
     }

@@ -327,6 +327,8 @@ fn lines_that_ask_for_too_much_end_in_one_error() {
         ("!genbox red b 1 1 1 | xform -a 2000000 -t 1 0 0 | xform -a 2000000 -t 0 1 0", "more than 2097152 copies"),
         ("!genbox red b 1 1 1 | xform -a 3000000 -t 1 0 0", "xform -a 3000000 asks for more than 2097152 repetitions"),
         ("!genbox red b 1 1 1 | xform -t 1 0 0 -i 99999999", "xform -i 99999999 asks for more than 2097152 repetitions"),
+        ("!genbox red b 1 1 1 -b .1 | xform -a 365536 -t 2 0 0", "copies and generators make more than 1048576 triangles"),
+        ("!genblinds red b 1 1 1 1000000 0", "copies and generators make more than 1048576 triangles"),
         ("!genblinds red b 1 1 1 1000000 0 +r .5", "this genblinds makes more than 1048576 surfaces"),
         ("!genblinds red b 1 1 1 9e9 0", "nslats is 9000000000; it must be between 1 and 1048576"),
     ] {

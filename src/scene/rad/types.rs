@@ -125,7 +125,7 @@ const UNSUPPORTED: [(&str, &str); 17] = [
     ("instance", "an octree is not read: give the `.rad` files that it was made from, placed with `!xform`"),
     (
         "mesh",
-        "a compiled mesh is not read: name the OBJ file that `obj2mesh` made it from among the scene's files; its materials are those of the .rad files",
+        "a compiled mesh is not read: give the OBJ file that `obj2mesh` made it from among the scene's files; its materials are those of the .rad files",
     ),
 ];
 

@@ -87,6 +87,10 @@ impl Sink for WindowSink {
         Ok(())
     }
 
+    fn size(&self) -> usize {
+        self.surfaces
+    }
+
     fn parameters(&mut self, text: &str, file: &Rc<Path>, line: usize) -> Result<()> {
         match &mut self.pending {
             Some((earlier, _, _)) => {

@@ -1,5 +1,7 @@
 //! Everything a project names, read and checked against each other before any computing.
 
+pub mod counting;
+pub mod division;
 pub(crate) mod filling;
 mod given_sky;
 pub(crate) mod glazing;
@@ -14,6 +16,7 @@ mod shade_check;
 pub mod suns;
 pub(crate) mod windows;
 
+use self::counting::Counting;
 pub use self::filling::in_colour;
 use self::import::{Imported, sun_matrices};
 use self::shade::Shade;
@@ -129,6 +132,8 @@ impl Inputs {
         models::warn(project, warnings)?;
         let mut inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
         parts::divide(project, &mut inputs)?;
+        // A schedule that does not fit the year is told before hours of tracing.
+        inputs.counting(project)?;
         if project.output.quantity.is_solar() {
             inputs.warn_of_solar(project, warnings);
         }
@@ -209,6 +214,16 @@ impl Inputs {
     /// The division of the sky of a project with these windows.
     pub fn sky(&self, project: &Project) -> ReinhartSky {
         project.method.sky.unwrap_or(self.glazing.sky)
+    }
+
+    /// Which hours and numbers metrics count.
+    ///
+    /// # Errors
+    /// As [`Counting::new`].
+    pub fn counting(&self, project: &Project) -> Result<Counting> {
+        let vertical = self.sensors.iter().flat_map(|g| &g.sensors).any(|s| !s.faces_up());
+        let counting = Counting::new(&project.metrics, &self.weather, vertical).map_err(|e| e.file(&project.file))?;
+        Ok(if project.output.quantity.is_solar() { counting.of_irradiance() } else { counting })
     }
 
     /// Number of bins of all parts of all windows: columns of V.

@@ -1,10 +1,12 @@
 //! S, and the sun's share of it.
 
-use crate::error::Result;
+use crate::error::{Result, Warnings};
 use crate::matrix::Matrix;
 use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::store::fingerprint::Fingerprint;
-use crate::sky::{SkyOptions, sky_matrix};
+use crate::sky::{SkyOptions, cie, sky_matrix};
+use crate::weather::CieSky;
+use crate::weather::time::Time;
 use std::time::Instant;
 
 fn options(context: &Context<'_>) -> SkyOptions {
@@ -61,4 +63,13 @@ pub(crate) fn sun_alone(context: &Context<'_>) -> Result<Matrix<f32>> {
     let sun = sky_matrix(weather, &options, context.progress)?;
     context.store.save("Sds", &sun, inputs, "sky matrix of the sun alone, as gendaymtx -d, rows patches, columns hours")?;
     Ok(for_products(context, sun))
+}
+
+/// The overcast sky of the CIE, one column, that gives [`OUTDOORS`](cie::OUTDOORS) lx outdoors: for daylight factors.
+///
+/// # Errors
+/// As [`sky_matrix`].
+pub(crate) fn overcast(context: &Context<'_>) -> Result<Matrix<f32>> {
+    let noon = Time { month: 3, day: 21, hour: 12.0 };
+    sky_matrix(&cie::weather(&[(CieSky::Overcast, noon)], None, &mut Warnings::new())?, &options(context), context.progress)
 }

@@ -151,14 +151,14 @@ pub const SECTIONS: &[Section] = &[
             key("states", "list of paths: XML", "–", "Scattering data of each state of the façade; glare is computed for each."),
             key("shade", "path", "–", "Real slats and panes that five phases trace the sun through."),
             key("tensor_tree", "path: XML", "–", "Scattering data of high resolution that five phases trace the sun through."),
-            key(
-                "parts",
-                "`auto`, 1 … 256, or [columns, rows]",
-                "1: the whole window",
-                "Over what parts of it V and D are averaged; `auto`: as many as a first look at the scene asks for.",
-            ),
             key("daylight", "path: matrix", "traced", "D made elsewhere: rows bins, columns patches, the ground first."),
             key("daylight_direct", "path: matrix", "required by five phases beside `daylight`", "Its direct part, Dd."),
+            key(
+                "parts",
+                "`auto`, a number up to 256, or [columns, rows]",
+                "1: the whole window",
+                "Parts over each of which V and D are averages; `auto`: as many as a first look at what shades the window says.",
+            ),
         ],
     },
     Section {
@@ -226,6 +226,30 @@ pub const SECTIONS: &[Section] = &[
         ],
     },
     Section {
+        name: "metrics",
+        repeated: false,
+        meaning: "What is made of the year, and which hours count. Left out: all metrics, LM-83's hours.",
+        keys: &[
+            key("occupancy", "`lm-83`, `en-17037`, or path: CSV with 0 or 1 per hour", "`lm-83`", "Hours of DA, cDA and UDI."),
+            key(
+                "metrics",
+                "list of `autonomy`, `exposure`, `lm-83`, `leed`, `en-17037`, `daylight-factor`, `vertical`, `glare`",
+                "all",
+                "What is wanted.",
+            ),
+            key("autonomy", "lx", "300", "Illuminance of DA and cDA."),
+            key("useful", "three rising numbers, lx", "[100, 300, 3000]", "Limits of UDI's four bands."),
+            key(
+                "daylight_saving",
+                "two days: `[\"03-29\", \"10-25\"]`",
+                "standard time",
+                "Clocks are an hour ahead from the first until before the second.",
+            ),
+            key("openings", "`side`, `roof`", "`side`", "Table of EN 17037: A.1, or A.2 for horizontal openings."),
+            key("median_diffuse", "lx", "of the weather", "Median diffuse illuminance outdoors of EN 17037's method 1."),
+        ],
+    },
+    Section {
         name: "images",
         repeated: false,
         meaning: "Pictures of hours.",
@@ -255,6 +279,25 @@ pub const SECTIONS: &[Section] = &[
             key("time_limit", "a number and `s`, `min` or `h`", "–", "Sampling ends after this time."),
             key("rounds", "a whole number", "–", "Sampling ends after so many rounds: repeats what a time limit came to."),
             key("seed", "0 … 4,294,967,295", "1", "Seed of all random numbers."),
+        ],
+    },
+    Section {
+        name: "metrics",
+        repeated: false,
+        meaning: "Named metrics of the year, and which hours count.",
+        keys: &[
+            key("occupancy", "`lm-83`, `en-17037`, or a path: CSV of 0 or 1", "`lm-83`", "Hours of DA, cDA, UDI and vertical illuminance."),
+            key(
+                "metrics",
+                "list of `autonomy`, `exposure`, `lm-83`, `leed`, `en-17037`, `daylight-factor`, `vertical`, `glare`",
+                "all of them",
+                "What is judged.",
+            ),
+            key("autonomy", "lx", "300", "Illuminance of DA and cDA."),
+            key("useful", "[lx, lx, lx], rising", "[100, 300, 3000]", "Limits of UDI's four bands."),
+            key("daylight_saving", "[MM-DD, MM-DD]", "standard time", "First day of summer time and first day without, for LM-83's clock."),
+            key("openings", "`side`, `roof`", "`side`", "EN 17037's table of daylight provision: A.1, or A.2 for horizontal openings."),
+            key("median_diffuse", "lx", "of the weather", "Median diffuse illuminance outdoors of EN 17037's method 1."),
         ],
     },
     Section {
@@ -313,7 +356,7 @@ mod tests {
         let text = "[weather]\nsite = [46, 11, 15]\n[[moment]]\nname = \"n\"\nsky = \"cie clear\"\ndate = \"03-21T12:00\"\n\
                     [scene]\nfiles = [\"r.rad\"]\n[[window]]\nname = \"w\"\nsurface = \"w.rad\"\nbsdf = \"b.xml\"\n\
                     [[sensors]]\nname = \"s\"\npoints = \"p.txt\"\n[[view]]\nname = \"v\"\nfile = \"v.vf\"\n\
-                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[images]\n[method]\n[quality]\n[output]\n";
+                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[metrics]\n[images]\n[method]\n[quality]\n[metrics]\n[output]\n";
         let file = folder.path().join("p.toml");
         let asked = asked_keys(|| super::super::Project::parse(&file, text).map(|_| ()).unwrap());
         let without: Vec<_> = asked.difference(&described).collect();

@@ -59,6 +59,8 @@
 //! # target_error = 0.02               # or: until the standard error is 2 %
 //! # time_limit = "5 min"              # or: as long as that
 //! seed = 1
+//! [metrics]                           # named metrics and whose hours count, see metrics
+//! occupancy = "lm-83"                 # "lm-83" | "en-17037" | "office.csv"
 //! [output]
 //! quantity = "illuminance"             # or "irradiance": solar, W/m²
 //! ```
@@ -76,6 +78,7 @@ pub mod given;
 pub mod glare;
 pub mod keys;
 pub mod method;
+pub mod metrics;
 mod model;
 mod names;
 mod of_model;
@@ -94,6 +97,7 @@ use self::document::Places;
 use self::found::Found;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
+use self::metrics::MetricsSection;
 use self::model::NamedModel;
 pub(crate) use self::output::OutputSection;
 pub use self::output::Quantity;
@@ -134,6 +138,8 @@ pub struct Project {
     pub quality: QualitySection,
     /// `[output]`
     pub output: OutputSection,
+    /// `[metrics]`
+    pub metrics: MetricsSection,
     /// Of a project that names no windows, what else the search for them in the scene found.
     pub(crate) found: Found,
     /// Where its sections stand, for faults that show when its files are read.
@@ -202,6 +208,7 @@ impl Project {
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
         let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
+        let metrics = MetricsSection::read(top.table("metrics")?)?;
         if output.quantity.is_solar() && weather.moments.is_some() {
             return Err(top
                 .error("output", "the CIE's skies are of visible light: there is no solar irradiance under them")
@@ -235,7 +242,8 @@ impl Project {
         let places = Places { window, sensors: sensor, view, images: image };
         top.finish()?;
         let file = file.to_path_buf();
-        let project = Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, found, places };
+        let project =
+            Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, metrics, found, places };
         project.states_match()?;
         Ok(project)
     }

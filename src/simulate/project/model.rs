@@ -63,9 +63,9 @@ impl NamedModel {
             tensor_tree: None,
             states: Vec::new(),
             daylight: None,
-            found: None,
             parts: Parts::default(),
             parts_place: self.place.clone(),
+            found: None,
         };
         self.model.windows.iter().map(section).collect()
     }

@@ -65,12 +65,12 @@ pub struct WindowSection {
     pub states: Vec<PathBuf>,
     /// D and Dd made elsewhere.
     pub daylight: Option<ImportSection>,
-    /// The window itself, where the project names none and it was found in the scene.
-    pub(crate) found: Option<Window>,
     /// Over what parts of it V and D are averaged.
     pub parts: Parts,
     /// Where that stands in the project file.
     pub parts_place: Place,
+    /// The window itself, where the project names none and it was found in the scene.
+    pub(crate) found: Option<Window>,
 }
 
 /// Where the sensors of a group are.

@@ -4,16 +4,16 @@
 #[cfg(test)]
 pub(super) mod asked;
 mod lists;
-mod slips;
 
 use super::document::kind;
 pub(super) use super::document::{Document, Place};
+use super::spelling::nearest;
 use crate::error::{Error, Result};
 use crate::image::series::Pattern;
 use crate::scene::{Format, split_part};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue};
 
 /// One table being read. Every key that is asked for is remembered as known; [`finish`](Self::finish)
 /// refuses the rest. Their texts stand in [`keys`](super::keys), which a test holds to what is asked for.
@@ -68,7 +68,8 @@ impl<'d, 'a> Table<'d, 'a> {
 
     fn missing(&self, key: &'static str, help: &str) -> Error {
         // A misspelt key looks like a missing one; the slip is what the user wants to hear of.
-        if let Some(slip) = self.slip(&[key]) {
+        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), &[key]).is_some());
+        if let Some(slip) = slip {
             return self.unknown(slip, &[key]);
         }
         let place = if self.name.is_empty() { "the project".to_string() } else { format!("[{}]", self.name) };
@@ -300,6 +301,51 @@ impl<'d, 'a> Table<'d, 'a> {
             });
         }
         Ok(tables)
+    }
+
+    /// Refuses a misspelt form of a key that may be left out.
+    ///
+    /// # Errors
+    /// Names the slip, and the key that is meant.
+    pub(super) fn refuse_slips(&self, key: &str) -> Result<()> {
+        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), &[key]).is_some());
+        slip.map_or(Ok(()), |slip| Err(self.unknown(slip, &[key])))
+    }
+
+    /// An error that the table has none of some keys; a misspelt one is answered.
+    pub(super) fn missing_all(&self, keys: &[&str], what: &str, help: &str) -> Error {
+        let slip = self.entries.keys().find(|k| !self.known.contains(&k.get_ref().as_ref()) && nearest(k.get_ref(), keys).is_some());
+        match slip {
+            Some(slip) => self.unknown(slip, keys),
+            None => self.document.error_at(self.offset, format!("[{}] {what}", self.name)).help(help),
+        }
+    }
+
+    /// An error that the table as a whole lacks something.
+    pub(super) fn missing_section(&self, key: &'static str, help: &str) -> Error {
+        self.missing(key, help)
+    }
+
+    /// Refuses keys that nobody asked for.
+    ///
+    /// # Errors
+    /// The first unknown key, with the nearest known one.
+    pub(super) fn finish(self) -> Result<()> {
+        // The map is sorted by name; the user wants the first in the file.
+        let unknown = self.entries.iter().filter(|(k, _)| !self.known.contains(&k.get_ref().as_ref())).min_by_key(|(k, _)| k.span().start);
+        match unknown {
+            Some((key, _)) => Err(self.unknown(key, &self.known)),
+            None => Ok(()),
+        }
+    }
+
+    fn unknown(&self, key: &Spanned<DeString<'_>>, known: &[&str]) -> Error {
+        let place = if self.name.is_empty() { "in a project file".to_string() } else { format!("in [{}]", self.name) };
+        let help = match nearest(key.get_ref(), known) {
+            Some(near) => format!("did you mean '{near}'?"),
+            None => format!("known here: {}", known.join(", ")),
+        };
+        self.document.error_at(key.span().start, format!("there is no key '{}' {place}", key.get_ref())).help(help)
     }
 }
 

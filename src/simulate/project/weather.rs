@@ -160,12 +160,10 @@ impl WeatherSection {
         let sky = given::read(Files { whole: &given.whole, direct, suns: given.suns.as_deref() }, warnings)?;
         let columns = sky.whole.cols();
         let mut weather = if given.has_file {
-            let mut weather = Weather::read(&self.file, warnings)?;
-            weather.records.iter_mut().for_each(|r| (r.direct, r.diffuse) = (0.0, 0.0));
-            weather
+            Weather::read(&self.file, warnings)?
         } else {
             let times = if given.times.is_empty() { Time::common_year(columns) } else { given.times.clone() };
-            Weather { records: times.iter().map(record_at).collect(), ..Weather::nowhere(Quantity::NormalIrradiance) }
+            Weather { records: times.iter().map(record_at).collect(), ..Weather::nowhere(Quantity::Illuminance) }
         };
         let fault = |text: String, help: &str| Err(self.places.sky_matrix.of(Error::new(text)).help(help));
         if !given.has_file && given.times.is_empty() && !columns.is_multiple_of(8760) {
@@ -178,6 +176,11 @@ impl WeatherSection {
         if weather.records.len() != columns {
             let text = format!("the sky has {columns} columns, but there are {} time steps", weather.records.len());
             return fault(text, "give the weather 'file' or the list 'date' of the steps that the sky was made for");
+        }
+        // The file told the times; the light is the matrices'.
+        weather.quantity = Quantity::Illuminance;
+        for (record, light) in weather.records.iter_mut().zip(given::outdoors(&sky)) {
+            [record.direct, record.diffuse] = light;
         }
         weather.given = Some(sky);
         Ok(weather)

@@ -1,59 +1,29 @@
-//! Standard errors of the hours, and annual metrics with theirs.
+//! Standard errors of the hours, and the numbers of each sensor's year with theirs.
 
+use super::metrics::{Row, Samples, SensorSample};
 use super::uncertainty::{Deviations, EstimatedError};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
-use crate::simulate::inputs::SensorGroup;
+use crate::metrics::{Estimated, Noise};
+use crate::simulate::inputs::counting::{Counting, MEAN};
 use crate::simulate::light::Light;
+use crate::simulate::results::illuminance::illuminance;
 use crate::simulate::sampling::chain::{Chain, relative_error};
-use crate::simulate::store::Store;
 use crate::weather::Steps;
 use rayon::prelude::*;
-use std::ops::RangeInclusive;
-use std::path::Path;
 
-/// A value and its standard error.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimated {
-    /// The value.
-    pub value: f64,
-    /// In its unit.
-    pub standard_error: f64,
-}
-
-/// Metrics of one sensor over the year.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SensorYear {
-    /// Mean over all hours, lx.
-    pub mean: Estimated,
-    /// Daylight autonomy: share of occupied time with at least 300 lx.
-    pub autonomy: Estimated,
-    /// Useful daylight: share of occupied time between 100 and 3000 lx.
-    pub useful: Estimated,
-}
-
-/// Metrics of a group of sensors.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GroupYear {
-    /// Its sensors.
-    pub sensors: Vec<SensorYear>,
-    /// Mean over sensors and hours, lx.
-    pub mean: Estimated,
-    /// Of the sensors that face up, the share with an autonomy of at least a half; `None` if none
-    /// faces up. The façade stays as computed: LM-83's sDA300/50 % moves blinds and is lower or equal.
-    pub spatial_autonomy: Option<Estimated>,
-    /// Number of the sensors that face up.
-    pub facing_up: usize,
-}
-
-/// Errors of all hours, and the metrics of the year.
+/// Errors of all hours, and the numbers of the year.
 #[derive(Debug, Clone, PartialEq)]
 pub struct YearErrors {
     /// Of each sensor and hour, lx.
     pub standard_error: Matrix<f32>,
-    /// Metrics per group.
-    pub groups: Vec<GroupYear>,
+    /// Of all sensors in the order of their groups.
+    pub samples: Vec<SensorSample>,
+    /// What could be made of them.
+    pub noise: Noise,
+    /// Independent replicates; fewer than 2 if nothing is sampled.
+    pub replicates: usize,
     /// For the summary; nothing if it is always dark.
     pub estimated: Option<EstimatedError>,
 }
@@ -61,82 +31,65 @@ pub struct YearErrors {
 /// Variance that the suns' own noise adds to a sensor's illuminance in an hour, lx², or to its sum over the year.
 pub type SunVariance<'a> = dyn Fn(usize, Option<usize>) -> f64 + Sync + 'a;
 
+/// What the errors of a year are estimated from.
+pub struct YearJob<'a> {
+    /// V, T, D and S.
+    pub chain: &'a Chain<'a>,
+    /// What metrics count.
+    pub counting: &'a Counting,
+    /// Multiplies.
+    pub multiplier: &'a dyn Multiplier,
+    /// What the mean of V is multiplied with.
+    pub light: &'a Light,
+    /// Noise of the suns.
+    pub suns: Option<&'a SunVariance<'a>>,
+    /// The same chain and light with the CIE's overcast sky in place of the year's, for daylight factors.
+    pub overcast: Option<(&'a Chain<'a>, &'a Light)>,
+    /// Relative standard error that was asked for.
+    pub target: Option<f64>,
+}
+
 /// Memory for the deviations of a tile of sensors, bytes.
 const TILE_MEMORY: usize = 1 << 27;
 
-/// Illuminance of daylight autonomy, lx.
-pub const AUTONOMY_LX: f64 = 300.0;
-/// Useful daylight illuminance, lx.
-pub const USEFUL_LX: RangeInclusive<f64> = 100.0..=3000.0;
-
-/// Occupied hours of LM-83: 8:00 to 18:00 local standard time, every day.
-pub fn is_occupied(hour: f64) -> bool {
-    (8.0..18.0).contains(&hour)
-}
-
-/// Metrics of a row of illuminances: mean, autonomy, useful.
-fn metrics(row: impl Iterator<Item = f64>, occupied: &[bool]) -> [f64; 3] {
-    let (mut sum, mut autonomy, mut useful, mut count, mut all) = (0.0, 0.0, 0.0, 0.0f64, 0.0f64);
-    for (lux, &occupied) in row.zip(occupied) {
-        sum += lux;
-        all += 1.0;
-        if occupied {
-            count += 1.0;
-            autonomy += f64::from(u8::from(lux >= AUTONOMY_LX));
-            useful += f64::from(u8::from(USEFUL_LX.contains(&lux)));
-        }
-    }
-    [sum / all.max(1.0), autonomy / count.max(1.0), useful / count.max(1.0)]
-}
-
-/// Metrics of one sensor: of the result, and with each replicate's error put upon it.
-struct Sensor {
-    metrics: [f64; 3],
-    perturbed: Vec<[f64; 3]>,
-    /// Standard error that the sun matrix adds to the mean, lx.
-    sun: f64,
-}
-
-/// Standard errors of the illuminance `lux` `[sensor][hour]`, and annual metrics with theirs. A
-/// deviation of a replicate, divided by √(R − 1), is an error as large as that of the mean; the
-/// metrics' own errors are the spread of what they become with it, so that steps (hours above a
-/// threshold) count as they are.
+/// Standard errors of the illuminance `lux` `[sensor][hour]`, and what metrics count, with theirs.
 ///
 /// # Errors
 /// Failures of the multiplier's device and of `stage`.
-pub fn estimate(
-    chain: &Chain<'_>,
-    multiplier: &dyn Multiplier,
-    light: &Light,
-    lux: &Matrix<f32>,
-    suns: Option<&SunVariance<'_>>,
-    target: Option<f64>,
-    stage: &dyn Fn(f64) -> Result<()>,
-) -> Result<YearErrors> {
-    let records = &chain.inputs.weather.records;
-    let occupied: Vec<bool> = records.iter().map(|r| is_occupied(r.hour)).collect();
+pub fn estimate(job: &YearJob<'_>, lux: &Matrix<f32>, stage: &dyn Fn(f64) -> Result<()>) -> Result<YearErrors> {
+    let (chain, suns, counting) = (job.chain, job.suns, job.counting);
     let (count, hours) = (lux.rows(), lux.cols());
-    let noise = Deviations::new(chain, light);
+    let deviations = Deviations::new(chain, job.light);
+    let overcast = job.overcast.map(|(chain, light)| (chain, light, Deviations::new(chain, light)));
     let sums = chain.annual();
+    let confidence_95 = chain.confidence_95(&sums);
+    let noise = Noise::new(chain.replicates(), suns.is_some(), confidence_95);
     let mut standard_error = Matrix::zeros(count, hours, 1);
-    let mut sensors: Vec<Sensor> = Vec::with_capacity(count);
+    let mut samples: Vec<SensorSample> = Vec::with_capacity(count);
     let tile = (TILE_MEMORY / (hours.max(1) * 4 * 8)).max(1);
     for first in (0..count).step_by(tile) {
         stage(first as f64 / count as f64)?;
         let range = first..(first + tile).min(count);
         let n = range.len();
-        let mut deviations = noise.of(multiplier, range.clone())?;
-        if let Some(deviations) = &mut deviations {
-            // All rounds know more of the year's spread than the replicates do.
-            for (row, values) in deviations.data_mut().chunks_exact_mut(hours.max(1)).enumerate() {
-                let scale = sums[first + row % n].spread_of_replicates() as f32;
-                if scale != 1.0 {
-                    values.iter_mut().for_each(|v| *v *= scale);
+        // All rounds know more of the year's spread than the replicates do.
+        let spread = |found: Option<Matrix<f32>>| {
+            found.map(|mut found| {
+                let columns = found.cols().max(1);
+                for (row, values) in found.data_mut().chunks_exact_mut(columns).enumerate() {
+                    let scale = sums[first + row % n].spread_of_replicates() as f32;
+                    if scale != 1.0 {
+                        values.iter_mut().for_each(|v| *v *= scale);
+                    }
                 }
-            }
-        }
-        let replicates = deviations.as_ref().map_or(0, |d| d.rows() / n);
-        let row = |r: usize, i: usize| deviations.as_ref().map_or(&[][..], |d| d.row(r * n + i));
+                found
+            })
+        };
+        let own = spread(deviations.of(job.multiplier, range.clone())?);
+        let replicates = own.as_ref().map_or(0, |d| d.rows() / n);
+        let rows = |of: &Option<Matrix<f32>>, i: usize| -> Vec<Vec<f32>> {
+            of.as_ref().map_or_else(Vec::new, |d| (0..replicates).map(|r| d.row(r * n + i).to_vec()).collect())
+        };
+        let row = |r: usize, i: usize| own.as_ref().map_or(&[][..], |d| d.row(r * n + i));
         let scale = 1.0 / (replicates.max(2) as f64 * (replicates.max(2) - 1) as f64);
         standard_error.data_mut()[first * hours..range.end * hours].par_chunks_mut(hours.max(1)).enumerate().for_each(|(i, errors)| {
             for (hour, error) in errors.iter_mut().enumerate() {
@@ -145,71 +98,46 @@ pub fn estimate(
                 *error = (squares * scale + added).sqrt() as f32;
             }
         });
-        let step = 1.0 / ((replicates.max(2) - 1) as f64).sqrt();
-        let found: Vec<Sensor> = range
+        let (sky, sky_deviations) = match &overcast {
+            None => (None, None),
+            Some((chain, light, deviations)) => {
+                (Some(under(chain, light, job.multiplier, range.clone())?), spread(deviations.of(job.multiplier, range.clone())?))
+            }
+        };
+        let found: Vec<SensorSample> = range
             .into_par_iter()
             .map(|sensor| {
-                let values = || lux.row(sensor).iter().map(|v| f64::from(*v));
-                let shifted = |r: usize| values().zip(row(r, sensor - first)).map(|(v, d)| v + step * f64::from(*d));
-                Sensor {
-                    metrics: metrics(values(), &occupied),
-                    perturbed: (0..replicates).map(|r| metrics(shifted(r), &occupied)).collect(),
-                    sun: suns.map_or(0.0, |variance| variance(sensor, None).sqrt() / hours.max(1) as f64),
-                }
+                let i = sensor - first;
+                let by_suns: Option<Vec<f32>> = suns.map(|v| (0..hours).map(|h| v(sensor, Some(h)).sqrt() as f32).collect());
+                let sky_rows = rows(&sky_deviations, i);
+                let year = Row {
+                    lux: lux.row(sensor).iter().map(|v| f64::from(*v)).collect(),
+                    directions: (0..replicates).map(|r| row(r, i)).chain(by_suns.as_deref()).collect(),
+                };
+                let sky = Row {
+                    lux: sky.iter().map(|s| f64::from(s.at(i, 0)[0])).collect(),
+                    directions: sky_rows.iter().map(Vec::as_slice).collect(),
+                };
+                let sun = suns.map_or(0.0, |variance| variance(sensor, None).sqrt() / hours.max(1) as f64);
+                SensorSample { sun, ..SensorSample::new(counting, &noise, &year, &sky) }
             })
             .collect();
-        sensors.extend(found);
+        samples.extend(found);
     }
-    let mut first = 0;
-    let groups = chain
-        .inputs
-        .sensors
-        .iter()
-        .map(|group| {
-            let own = &sensors[first..first + group.sensors.len()];
-            first += own.len();
-            let faces_up: Vec<bool> = group.sensors.iter().map(crate::scene::points::Sensor::faces_up).collect();
-            group_year(own, &faces_up)
-        })
-        .collect::<Vec<_>>();
-    let estimated = summarize(&chain.inputs.weather.steps(), chain.confidence_95(&sums), lux, &standard_error, &groups, target);
-    Ok(YearErrors { standard_error, groups, estimated })
+    let replicates = if chain.replicates() < 2 { 0 } else { chain.replicates() };
+    let all = Samples { counting, noise: &noise, replicates };
+    let mean = counting.column(MEAN).expect("the mean is always counted");
+    let means: Vec<Estimated> = samples.iter().map(|s| all.of(&[s], mean, |v| v[0])).collect();
+    let estimated = summarize(&chain.inputs.weather.steps(), confidence_95, lux, &standard_error, &means, job.target);
+    Ok(YearErrors { standard_error, samples, noise, replicates, estimated })
 }
 
-/// A value, and the root mean square of what the perturbed ones differ from it by.
-fn with_spread(value: f64, perturbed: impl Iterator<Item = f64>) -> Estimated {
-    let (mut squares, mut n) = (0.0, 0.0f64);
-    for p in perturbed {
-        squares += (p - value).powi(2);
-        n += 1.0;
-    }
-    Estimated { value, standard_error: (squares / n.max(1.0)).sqrt() }
-}
-
-/// Metrics of a group. An eye's vertical sensor among desks has no part in the plan's share.
-fn group_year(sensors: &[Sensor], faces_up: &[bool]) -> GroupYear {
-    let n = sensors.len().max(1) as f64;
-    let replicates = sensors.first().map_or(0, |s| s.perturbed.len());
-    let over = |of: &[&Sensor], f: &dyn Fn(&[f64; 3]) -> f64| {
-        let all = |pick: &dyn Fn(&Sensor) -> [f64; 3]| of.iter().map(|s| f(&pick(s))).sum::<f64>() / of.len().max(1) as f64;
-        with_spread(all(&|s| s.metrics), (0..replicates).map(|r| all(&|s| s.perturbed[r])))
-    };
-    let everyone: Vec<&Sensor> = sensors.iter().collect();
-    let plan: Vec<&Sensor> = sensors.iter().zip(faces_up).filter(|(_, up)| **up).map(|(s, _)| s).collect();
-    let sensor = |s: &Sensor| {
-        let metric = |i: usize| with_spread(s.metrics[i], s.perturbed.iter().map(|p| p[i]));
-        let mean = metric(0);
-        SensorYear { mean: Estimated { standard_error: mean.standard_error.hypot(s.sun), ..mean }, autonomy: metric(1), useful: metric(2) }
-    };
-    let mean = over(&everyone, &|m| m[0]);
-    // As if the suns' errors were the same at all sensors: no less than they are.
-    let sun = sensors.iter().map(|s| s.sun).sum::<f64>() / n;
-    GroupYear {
-        sensors: sensors.iter().map(sensor).collect(),
-        mean: Estimated { standard_error: mean.standard_error.hypot(sun), ..mean },
-        spatial_autonomy: (!plan.is_empty()).then(|| over(&plan, &|m| f64::from(u8::from(m[1] >= 0.5)))),
-        facing_up: plan.len(),
-    }
+/// Illuminance of some sensors under the one sky of a chain, lx `[sensor][1]`.
+fn under(chain: &Chain<'_>, light: &Light, multiplier: &dyn Multiplier, sensors: std::ops::Range<usize>) -> Result<Matrix<f32>> {
+    let total = chain.view.total();
+    let width = total.cols() * 3;
+    let rows = Matrix::from_data(sensors.len(), total.cols(), 3, total.data()[sensors.start * width..sensors.end * width].to_vec())?;
+    Ok(light.over_the_year(&illuminance(multiplier, &rows, &light.right)?))
 }
 
 fn summarize(
@@ -217,11 +145,10 @@ fn summarize(
     confidence_95: f64,
     lux: &Matrix<f32>,
     standard_error: &Matrix<f32>,
-    groups: &[GroupYear],
+    means: &[Estimated],
     target: Option<f64>,
 ) -> Option<EstimatedError> {
-    let relative = |s: &SensorYear| relative_error(s.mean.value, s.mean.standard_error);
-    let mut annual: Vec<f64> = groups.iter().flat_map(|g| &g.sensors).filter_map(relative).collect();
+    let mut annual: Vec<f64> = means.iter().filter_map(|m| relative_error(m.value, m.standard_error)).collect();
     let mut hourly: Vec<f32> = lux.data().iter().zip(standard_error.data()).filter(|(v, _)| **v > 0.0).map(|(v, e)| e / v).collect();
     let lit = (0..lux.cols()).into_par_iter().filter(|&h| (0..lux.rows()).any(|s| lux.at(s, h)[0] > 0.0)).count();
     if annual.is_empty() || hourly.is_empty() {
@@ -246,93 +173,4 @@ fn summarize(
         target,
         target_met: target.map(|t| annual_largest <= t),
     })
-}
-
-/// An illuminance with three decimals, or three digits where that would leave fewer: an error is never
-/// written as 0 unless it is.
-fn lux(value: f64) -> String {
-    if value == 0.0 || value.abs() >= 0.1 { format!("{value:.3}") } else { format!("{value:.2e}") }
-}
-
-/// Columns of the table of metrics.
-const COLUMNS: &str = "sensor,x,y,z,mean_lx,mean_lx_standard_error,autonomy_300_lx,autonomy_300_lx_standard_error,\
-                       useful_100_3000_lx,useful_100_3000_lx_standard_error,note";
-
-/// Writes `illuminance/GROUP_annual.csv`: a sensor per line, every metric followed by its standard
-/// error, and `no light` where none arrives.
-///
-/// # Errors
-/// Failures of the file system.
-pub fn write(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &GroupYear) -> Result<()> {
-    let path = store.results_path(&format!("{}_annual", group.name), "csv");
-    crate::files::write_atomically(&path, |out| {
-        let fault = |e: std::io::Error| Error::io(&path, &e);
-        writeln!(out, "{COLUMNS}").map_err(fault)?;
-        for (i, (sensor, y)) in group.sensors.iter().zip(&year.sensors).enumerate() {
-            let p = sensor.position;
-            write!(out, "{},{},{},{},{},{}", i + 1, p.x, p.y, p.z, lux(y.mean.value), lux(y.mean.standard_error)).map_err(fault)?;
-            for share in [y.autonomy, y.useful] {
-                write!(out, ",{:.5},{:.5}", share.value, share.standard_error).map_err(fault)?;
-            }
-            writeln!(out, ",{}", if dark[i] { "no light" } else { "" }).map_err(fault)?;
-        }
-        Ok(())
-    })
-}
-
-/// The metrics of a table that [`write`](fn@write) wrote; nothing if there is no such file, or it is of another kind.
-pub fn read(path: &Path) -> Option<Vec<SensorYear>> {
-    let text = std::fs::read_to_string(path).ok()?;
-    let mut lines = text.lines();
-    if lines.next()? != COLUMNS {
-        return None;
-    }
-    let sensor = |line: &str| {
-        let values: Vec<f64> = line.split(',').skip(4).map_while(|v| v.parse().ok()).collect();
-        let [mean, mean_error, autonomy, autonomy_error, useful, useful_error] = values[..] else { return None };
-        let estimated = |value, standard_error| Estimated { value, standard_error };
-        Some(SensorYear {
-            mean: estimated(mean, mean_error),
-            autonomy: estimated(autonomy, autonomy_error),
-            useful: estimated(useful, useful_error),
-        })
-    };
-    lines.map(sensor).collect()
-}
-
-/// The same of irradiance: mean, and the sum over so many hours.
-///
-/// # Errors
-/// Failures of the file system.
-pub fn write_irradiance(store: &Store, (group, dark): (&SensorGroup, &[bool]), year: &GroupYear, hours: f64) -> Result<()> {
-    let path = store.results_path(&format!("{}_annual", group.name), "csv");
-    crate::files::write_atomically(&path, |out| {
-        let fault = |e: std::io::Error| Error::io(&path, &e);
-        writeln!(out, "sensor,x,y,z,mean_w_m2,mean_w_m2_standard_error,sum_kwh_m2,sum_kwh_m2_standard_error,note").map_err(fault)?;
-        for (i, (sensor, y)) in group.sensors.iter().zip(&year.sensors).enumerate() {
-            let (p, sum) = (sensor.position, hours / 1000.0);
-            let values = [y.mean.value, y.mean.standard_error, sum * y.mean.value, sum * y.mean.standard_error].map(lux).join(",");
-            writeln!(out, "{},{},{},{},{values},{}", i + 1, p.x, p.y, p.z, if dark[i] { "no light" } else { "" }).map_err(fault)?;
-        }
-        Ok(())
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_vertical_sensor_has_no_part_in_the_plan_s_share() {
-        // 15 desks, 12 of them with 300 lx in half of the hours; the eye beside them has it, too.
-        let sensor = |autonomy: f64| Sensor { metrics: [400.0, autonomy, 0.5], perturbed: vec![[400.0, autonomy, 0.5]; 8], sun: 0.0 };
-        let sensors: Vec<Sensor> = (0..16).map(|i| sensor(if (12..15).contains(&i) { 0.49 } else { 0.5 })).collect();
-        let mut faces_up = [true; 16];
-        faces_up[15] = false;
-        let year = group_year(&sensors, &faces_up);
-        assert_eq!((year.facing_up, year.spatial_autonomy.unwrap().value), (15, 0.8));
-        assert_eq!((year.sensors.len(), year.mean.value), (16, 400.0), "the eye keeps its own metrics");
-        let eyes = group_year(&sensors, &[false; 16]);
-        assert_eq!((eyes.facing_up, eyes.spatial_autonomy), (0, None), "eyes alone have no plan");
-    }
 }

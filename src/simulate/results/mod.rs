@@ -3,6 +3,7 @@
 pub mod annual;
 pub mod glare;
 pub(crate) mod illuminance;
+pub mod metrics;
 mod moments;
 mod monthly;
 pub mod pictures;

@@ -1,15 +1,22 @@
 //! The sensors' year: illuminance by the formula, its terms, its errors and its tables.
 
-use super::annual::{self, YearErrors};
+use super::annual::{self, YearErrors, YearJob};
 use super::illuminance::{Content, illuminance, luminous, write_illuminance};
+use super::metrics::{self, GroupFacts, Samples, SensorSample};
 use super::suns::TracedSuns;
 use super::views::Made;
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;
+use crate::metrics::{Estimated, Metric, lm83};
+use crate::scene::points::Sensor;
 use crate::simulate::context::Context;
+use crate::simulate::inputs::counting::{Counting, FACTOR, MEAN};
 use crate::simulate::inputs::split;
-use crate::simulate::light::{Daylight, WindowLight, multiply, transmitted};
+use crate::simulate::light::{Daylight, Light, Skies, WindowLight, multiply, transmitted};
+use crate::simulate::phases::sky::overcast;
 use crate::simulate::project::Quantity;
+use crate::simulate::sampling::chain::Chain;
+use crate::simulate::sampling::estimate::Estimate;
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::simulate::store::write_stored;
 use crate::statistics::variance_of_mean;
@@ -43,23 +50,8 @@ pub struct SensorSummary {
     /// Under an overcast sky of the CIE: mean over the sensors of their share of the horizontal illuminance outdoors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_daylight_factor: Option<f64>,
-    /// Share of the sensors facing up that have 300 lx in at least half of the hours from 8 to 18,
-    /// the façade as computed; absent if no sensor faces up. Not LM-83's sDA, which moves blinds.
-    pub spatial_autonomy: Option<f64>,
-    /// Its standard error.
-    pub spatial_autonomy_standard_error: Option<f64>,
-    /// The same in words, for who reads the file.
-    pub spatial_autonomy_means: String,
-}
-
-/// What [`SensorSummary::spatial_autonomy`] of a group is.
-fn spatial_autonomy_means(facing_up: usize, count: usize) -> String {
-    if facing_up == 0 {
-        return "no sensor faces up, so that there is no share of a plan".into();
-    }
-    let of =
-        if facing_up == count { format!("the {count} sensors") } else { format!("those {facing_up} of the {count} sensors that face up") };
-    format!("share of {of} with DA300 of at least 50 % (8:00 to 18:00 every day), without blinds: LM-83's sDA moves blinds")
+    /// Named metrics of the group, each with its error, class and doubts; none of irradiance.
+    pub metrics: Vec<Metric>,
 }
 
 /// Illuminance of all sensors in all hours, `[sensor][hour]`, lx. Of five phases the three terms are
@@ -132,19 +124,51 @@ pub(crate) fn write_coefficients(context: &Context<'_>, made: &Made<'_>) -> Resu
     Ok(())
 }
 
-/// Standard errors of all hours, and annual metrics with theirs.
+/// Standard errors of all hours, and what metrics count with theirs.
 ///
 /// # Errors
 /// Failures of the multiplier's device, or when stopped.
-pub(crate) fn errors(context: &Context<'_>, made: &Made<'_>, lux: &Matrix<f32>) -> Result<YearErrors> {
+pub(crate) fn errors(context: &Context<'_>, counting: &Counting, made: &Made<'_>, lux: &Matrix<f32>) -> Result<YearErrors> {
     let stage = |fraction: f64| {
         context.progress.update("error estimate", fraction);
         context.check_stop()
     };
-    let chain = made.sampled.chain(context.inputs, &made.skies.whole);
+    let inputs = context.inputs;
+    let chain = made.sampled.chain(inputs, &made.skies.whole);
     let suns = made.suns.map(TracedSuns::variance);
     let suns = suns.as_ref().map(|s| s as &annual::SunVariance<'_>);
-    annual::estimate(&chain, made.multiplier, made.at_sensors, lux, suns, context.project.quality.target(), &stage)
+    let overcast = if counting.column(FACTOR).is_some() { Some(overcast(context)?) } else { None };
+    let under = match &overcast {
+        None => None,
+        Some(sky) => {
+            let skies = Skies { whole: sky.clone(), sun: None };
+            let light = if made.sampled.sees_sky {
+                Light::of_sky(&skies, inputs.differences())
+            } else {
+                let mean = |of: fn(&Estimate) -> Matrix<f32>| made.sampled.daylight.iter().map(of).collect::<Vec<_>>();
+                let (total, direct) = (mean(Estimate::total), mean(Estimate::direct));
+                let windows = WindowLight::of(inputs, &inputs.transmissions(), Daylight { total: &total, direct: &direct });
+                Light::new(&windows, made.multiplier, &skies, inputs.differences())?
+            };
+            Some((Chain { sun: None, ..made.sampled.chain(inputs, sky) }, light))
+        }
+    };
+    let job = YearJob {
+        chain: &chain,
+        counting,
+        multiplier: made.multiplier,
+        light: made.at_sensors,
+        suns,
+        overcast: under.as_ref().map(|(chain, light)| (chain, light)),
+        target: context.project.quality.target(),
+    };
+    let mut errors = annual::estimate(&job, lux, &stage)?;
+    if let Some(suns) = made.suns {
+        for (row, sample) in errors.samples.iter_mut().enumerate() {
+            sample.sun_hours = Some(suns.hours_above(row, lm83::SUN_LX, &counting.lm83, counting.year.length));
+        }
+    }
+    Ok(errors)
 }
 
 /// Writes what sensors see of sky and sun: `SENSORS_sky.csv` of every group, where their light is followed straight to
@@ -187,33 +211,64 @@ fn overcast_outdoors(weather: &Weather) -> Option<f64> {
     all.then(|| weather.records.iter().map(|r| r.diffuse).sum::<f64>() / weather.records.len() as f64)
 }
 
-/// Writes illuminances, errors and metrics of all groups.
+/// Why the direct sun at sensors is not that through bare windows.
+fn not_bare(context: &Context<'_>) -> Option<String> {
+    let covered: Vec<&str> = context.inputs.windows.iter().filter(|w| w.glass.is_none()).map(|w| w.name.as_str()).collect();
+    let windows = covered.join("', '");
+    (!covered.is_empty()).then(|| format!("windows '{windows}' are as computed, LM-83 wants them without blinds"))
+}
+
+/// Writes illuminances, errors and metrics of all groups; of the metrics, those of each group and those of all.
 ///
 /// # Errors
 /// Failures of the file system.
-pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearErrors, dark: &[bool]) -> Result<Vec<SensorSummary>> {
+pub(crate) fn write(
+    context: &Context<'_>,
+    counting: &Counting,
+    lux: &Matrix<f32>,
+    errors: &YearErrors,
+    dark: &[bool],
+) -> Result<(Vec<SensorSummary>, Vec<Metric>)> {
     let groups = &context.inputs.sensors;
     let (records, steps, quantity) = (&context.inputs.weather.records, context.inputs.weather.steps(), context.project.output.quantity);
     let outdoors = overcast_outdoors(&context.inputs.weather);
-    let (mut sensors, mut rest) = (Vec::new(), dark);
+    let samples = Samples { counting, noise: &errors.noise, replicates: errors.replicates };
+    let mean_column = counting.column(MEAN).expect("the mean is always counted");
+    let (mut sensors, mut facts, mut rest) = (Vec::new(), Vec::new(), dark);
     let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
+    let mut first = 0;
     for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
         context.progress.update("writing", i as f64 / groups.len() as f64);
         let dark = rest.split_off(..group.sensors.len()).unwrap_or_default();
+        let own = &errors.samples[first..first + group.sensors.len()];
+        first += own.len();
         write_illuminance(context.store, group, dark, records, &part, Content::Illuminance, quantity)?;
         write_illuminance(context.store, group, dark, records, &error, Content::StandardError, quantity)?;
         super::moments::write(context.store, group, &context.inputs.weather, &part)?;
         if quantity.is_solar() {
             super::monthly::write(context.store, group, &context.inputs.weather, &part)?;
         }
-        let year = &errors.groups[i];
+        let path = context.store.results_path(&format!("{}_annual", group.name), "csv");
+        let fact = GroupFacts {
+            name: group.name.clone(),
+            positions: group.sensors.iter().map(|s| s.position).collect(),
+            faces_up: group.sensors.iter().map(Sensor::faces_up).collect(),
+            not_bare: not_bare(context),
+        };
         match quantity {
-            Quantity::Illuminance => annual::write(context.store, (group, dark), year)?,
-            Quantity::Irradiance => annual::write_irradiance(context.store, (group, dark), year, steps.hours(steps.len()))?,
+            Quantity::Illuminance => {
+                metrics::write_sensors(&path, (group, dark), &metrics::sensor_table(&samples, own))?;
+                metrics::write_directions(&context.store.metrics_path(&format!("{}_sensors", group.name))?, &group.sensors)?;
+            }
+            Quantity::Irradiance => {
+                let means: Vec<Estimated> = own.iter().map(|s| samples.of(&[s], mean_column, |v| v[0])).collect();
+                metrics::write_irradiance(&path, (group, dark), &means, steps.hours(steps.len()))?;
+            }
         }
+        let everyone: Vec<&SensorSample> = own.iter().collect();
+        let year = samples.of(&everyone, mean_column, |v| v.iter().sum::<f64>() / v.len().max(1) as f64);
         let mean = |of: Quantity, value: f64| (quantity == of).then_some(value);
-        let (value, error) = (year.mean.value, year.mean.standard_error);
-        let spatial_autonomy = year.spatial_autonomy.filter(|_| !quantity.is_solar());
+        let (value, error) = (year.value, year.standard_error);
         sensors.push(SensorSummary {
             name: group.name.clone(),
             count: group.sensors.len(),
@@ -223,13 +278,19 @@ pub(crate) fn write(context: &Context<'_>, lux: &Matrix<f32>, errors: &YearError
             mean_daylight_factor: mean(Quantity::Illuminance, value).zip(outdoors).map(|(lux, outdoors)| lux / outdoors),
             mean_irradiance_w_m2: mean(Quantity::Irradiance, value),
             mean_irradiance_standard_error_w_m2: mean(Quantity::Irradiance, error),
-            spatial_autonomy: spatial_autonomy.map(|s| s.value),
-            spatial_autonomy_standard_error: spatial_autonomy.map(|s| s.standard_error),
-            spatial_autonomy_means: match quantity {
-                Quantity::Illuminance => spatial_autonomy_means(year.facing_up, group.sensors.len()),
-                Quantity::Irradiance => "irradiance has no daylight autonomy".into(),
-            },
+            metrics: if quantity.is_solar() { Vec::new() } else { metrics::judge(&samples, &fact, own) },
         });
+        facts.push((fact, own));
     }
-    Ok(sensors)
+    let parts: Vec<(&GroupFacts, &[SensorSample])> = facts.iter().map(|(f, s)| (f, *s)).collect();
+    let all = if quantity.is_solar() { Vec::new() } else { metrics::judge_all(&samples, &parts) };
+    if !quantity.is_solar() && !groups.is_empty() {
+        let listed: Vec<&Metric> = sensors.iter().flat_map(|s| &s.metrics).chain(&all).collect();
+        metrics::write_metrics(&context.store.metrics_path("metrics")?, &listed)?;
+        // Moments are no year to be judged again.
+        if !counting.are_moments {
+            metrics::write_hours(&context.store.metrics_path("hours")?, counting)?;
+        }
+    }
+    Ok((sensors, all))
 }

@@ -4,6 +4,7 @@ use super::illuminance::luminous;
 use crate::error::{Result, Warnings};
 use crate::kernels::sun_matrix::SunMatrix;
 use crate::matrix::Matrix;
+use crate::metrics::Occupancy;
 use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::inputs::shade;
 use crate::simulate::inputs::suns::SunSet;
@@ -82,6 +83,21 @@ impl TracedSuns {
             .flatten()
             .filter(|(sun, radiance)| *radiance > 0.0 && luminous(self.matrix.direct.at(sensor, *sun)) > 0.0)
             .count()
+    }
+
+    /// Hours, of those of `time`, in which a sensor gets more than `lux` directly from the sun, and the same with the
+    /// standard error of each hour less and more; `length` of a step in hours.
+    pub fn hours_above(&self, sensor: usize, lux: f64, time: &Occupancy, length: f64) -> [f64; 3] {
+        let count = |side: f64| {
+            let above = |step: &&usize| {
+                self.set.hours[**step].is_some_and(|(sun, radiance)| {
+                    let of = |m: &Matrix<f32>| luminous(m.at(sensor, sun)) * radiance;
+                    of(&self.matrix.direct) + side * of(&self.matrix.own_error) > lux
+                })
+            };
+            time.steps.iter().filter(above).count() as f64 * length
+        };
+        [0.0, -1.0, 1.0].map(count)
     }
 
     /// Variance of a sensor's illuminance by suns in an hour, or of its sum over the year: lx², (lx·h)².

@@ -49,6 +49,7 @@ impl Store {
     ///
     /// # Errors
     /// If a folder cannot be made or written to, or another run writes into it.
+    #[cfg(test)]
     pub fn open(folder: &Path) -> Result<Self> {
         Self::of(folder, Quantity::Illuminance)
     }
@@ -71,7 +72,7 @@ impl Store {
         }
         let lock = lock(folder)?;
         remove_leftovers(folder);
-        for sub in ["matrices", "illuminance", "illuminance/terms", "irradiance", "irradiance/terms", "glare"] {
+        for sub in ["matrices", "illuminance", "illuminance/terms", "irradiance", "irradiance/terms", "glare", "metrics"] {
             remove_leftovers(&folder.join(sub));
         }
         for entry in std::fs::read_dir(folder.join("images")).into_iter().flatten().flatten() {
@@ -146,6 +147,16 @@ impl Store {
     /// Path of a file of illuminance (or irradiance), `.mtx` or `.csv`.
     pub(crate) fn results_path(&self, sensors: &str, extension: &str) -> PathBuf {
         self.folder.join(self.results).join(format!("{sensors}.{extension}"))
+    }
+
+    /// Path of a table of metrics, in a folder made if need be.
+    ///
+    /// # Errors
+    /// If the folder cannot be made.
+    pub(crate) fn metrics_path(&self, name: &str) -> Result<PathBuf> {
+        let folder = self.folder.join("metrics");
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
+        Ok(folder.join(format!("{name}.csv")))
     }
 
     /// Path of one term of an illuminance, in a folder made if need be.

@@ -5,9 +5,9 @@ use crate::error::{Error, Result};
 use crate::matrix::Matrix;
 use crate::scene::points::faces_up;
 use crate::simulate::project::Quantity;
-use crate::simulate::results::annual::{self, SensorYear};
 use crate::simulate::results::glare::read::{GlareYear, read_years};
 use crate::simulate::results::illuminance::read_table;
+use crate::simulate::results::metrics::{self, SensorTable};
 use crate::simulate::results::pictures::PictureView;
 use crate::simulate::store::{Store, lock, read_stored};
 use crate::simulate::summary::Summary;
@@ -49,8 +49,8 @@ pub struct Sensors {
     pub illuminance: Arc<Matrix<f32>>,
     /// Its standard error, lx, if the folder has it.
     pub standard_error: Option<Matrix<f32>>,
-    /// Metrics of each sensor; empty if the folder does not have them.
-    pub metrics: Vec<SensorYear>,
+    /// What metrics count of each sensor; empty if the folder does not have it.
+    pub metrics: SensorTable,
 }
 
 impl Sensors {
@@ -62,7 +62,7 @@ impl Sensors {
             directions: Vec::new(),
             illuminance: Arc::new(illuminance),
             standard_error: None,
-            metrics: Vec::new(),
+            metrics: SensorTable::default(),
         }
     }
 
@@ -207,8 +207,8 @@ fn read_sensors(folder: &Path, name: &str) -> Result<(Sensors, Vec<Time>)> {
     let error = file(&format!("{name}_standard_error"), "mtx");
     let error = if error.exists() { Some(read_stored(&error)?.matrix) } else { None };
     sensors.standard_error = error.filter(|e| (e.rows(), e.cols()) == (sensors.illuminance.rows(), sensors.illuminance.cols()));
-    let metrics = annual::read(&file(&format!("{name}_annual"), "csv")).unwrap_or_default();
-    if metrics.len() == sensors.count() {
+    let metrics = metrics::read_sensors(&file(&format!("{name}_annual"), "csv")).unwrap_or_default();
+    if metrics.rows.len() == sensors.count() {
         sensors.metrics = metrics;
     }
     Ok((sensors, times))

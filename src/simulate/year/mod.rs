@@ -8,6 +8,7 @@
 mod arrays;
 pub mod facade;
 mod files;
+pub mod metrics;
 pub mod picture;
 mod results;
 

@@ -1,7 +1,7 @@
 //! Metrics of a year that the sensors' colours show.
 
 use lucarne::matrix::Matrix;
-use lucarne::simulate::results::annual::{AUTONOMY_LX, USEFUL_LX, is_occupied};
+use lucarne::metrics::{AUTONOMY_LX, Clock, Counted, EXCEEDED_LX, FELL_SHORT_LX, Occupancy, Year, lm83};
 use lucarne::weather::time::Time;
 
 /// What the sensors' colours mean.
@@ -59,27 +59,19 @@ impl Metric {
 
     /// Values by sensor. Shares are 0…1.
     pub fn values(self, lux: &Matrix<f32>, times: &[Time], hour: usize) -> Vec<f64> {
-        let occupied: Vec<bool> = times.iter().map(|t| is_occupied(t.hour)).collect();
-        let count = occupied.iter().filter(|o| **o).count().max(1) as f64;
-        let sum = |row: &[f32], f: &dyn Fn(f64) -> f64| {
-            row.iter().zip(&occupied).filter(|(_, o)| **o).map(|(v, _)| f(f64::from(*v))).sum::<f64>() / count
+        let year = Year::of_times(times);
+        let time = if self == Self::Mean { Occupancy::always(&year) } else { Occupancy::lm83(&year, Clock::Standard) };
+        let counted = match self {
+            Self::Hour => return (0..lux.rows()).map(|s| f64::from(lux.row(s).get(hour).copied().unwrap_or(f32::NAN))).collect(),
+            Self::Mean | Self::MeanOccupied => Counted::Mean,
+            Self::Autonomy => Counted::AtLeast(AUTONOMY_LX),
+            Self::ContinuousAutonomy => Counted::Continuous(AUTONOMY_LX),
+            Self::Useful => Counted::Between(FELL_SHORT_LX, EXCEEDED_LX),
+            Self::UsefulFellShort => Counted::Below(FELL_SHORT_LX),
+            Self::UsefulExceeded => Counted::Above(EXCEEDED_LX),
         };
-        let share = |test: bool| f64::from(u8::from(test));
-        (0..lux.rows())
-            .map(|s| {
-                let row = lux.row(s);
-                match self {
-                    Self::Hour => f64::from(row.get(hour).copied().unwrap_or(f32::NAN)),
-                    Self::Mean => row.iter().map(|v| f64::from(*v)).sum::<f64>() / row.len().max(1) as f64,
-                    Self::MeanOccupied => sum(row, &|v| v),
-                    Self::Autonomy => sum(row, &|v| share(v >= AUTONOMY_LX)),
-                    Self::ContinuousAutonomy => sum(row, &|v| (v / AUTONOMY_LX).min(1.0)),
-                    Self::Useful => sum(row, &|v| share(USEFUL_LX.contains(&v))),
-                    Self::UsefulFellShort => sum(row, &|v| share(v < *USEFUL_LX.start())),
-                    Self::UsefulExceeded => sum(row, &|v| share(v > *USEFUL_LX.end())),
-                }
-            })
-            .collect()
+        let row = |s: usize| lux.row(s).iter().map(|v| f64::from(*v)).collect::<Vec<f64>>();
+        (0..lux.rows()).map(|s| counted.of(&row(s), &time)).collect()
     }
 
     /// A value in words.
@@ -94,12 +86,10 @@ impl Metric {
     }
 }
 
-/// Of the sensors that `counts` admits, the share with DA300 of at least a half, and their number; no
-/// share of none. LM-83's sDA moves blinds, this does not.
-pub fn spatial_autonomy(autonomy: &[f64], counts: impl Fn(usize) -> bool) -> (Option<f64>, usize) {
+/// DA300 spatial share of the sensors that `counts` admits, and their number; no share of none.
+pub fn spatial_share(autonomy: &[f64], counts: impl Fn(usize) -> bool) -> (Option<f64>, usize) {
     let of_plan: Vec<f64> = autonomy.iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, a)| *a).collect();
-    let reached = of_plan.iter().filter(|a| **a >= 0.5).count() as f64;
-    ((!of_plan.is_empty()).then(|| reached / of_plan.len() as f64), of_plan.len())
+    (lm83::spatial_share(&of_plan), of_plan.len())
 }
 
 #[cfg(test)]
@@ -124,10 +114,10 @@ mod tests {
         assert!((value(Metric::ContinuousAutonomy) - 5.0 / 6.0).abs() < 1e-12);
         assert_eq!((value(Metric::Useful), value(Metric::UsefulExceeded), value(Metric::UsefulFellShort)), (1.0, 0.0, 0.0));
         assert_eq!((value(Metric::MeanOccupied), value(Metric::Hour)), (300.0, 400.0));
-        assert_eq!(spatial_autonomy(&[0.5, 0.49, 1.0, 0.0], |_| true), (Some(0.5), 4));
+        assert_eq!(spatial_share(&[0.5, 0.49, 1.0, 0.0], |_| true), (Some(0.5), 4));
         // A vertical sensor beside 15 desks, of which 12 reach it, does not make 81.2 % of 80 %.
         let desks: Vec<f64> = (0..16).map(|i| if (12..15).contains(&i) { 0.2 } else { 0.9 }).collect();
-        assert_eq!(spatial_autonomy(&desks, |i| i < 15), (Some(0.8), 15));
-        assert_eq!(spatial_autonomy(&desks, |_| false), (None, 0));
+        assert_eq!(spatial_share(&desks, |i| i < 15), (Some(0.8), 15));
+        assert_eq!(spatial_share(&desks, |_| false), (None, 0));
     }
 }

@@ -10,19 +10,21 @@
 #[cfg(test)]
 pub(super) mod truth;
 
-use super::{Inputs, MOST_OF_AUTO};
 use crate::bins::ReinhartSky;
 use crate::bvh::Caster;
 use crate::progress::Silent;
 use crate::random::Random;
 use crate::scene::points::Sensor;
 use crate::scene::{MaterialKind, Scene, Window};
+use crate::simulate::inputs::Inputs;
 use crate::simulate::project::Project;
 use crate::sky::{SkyOptions, sky_matrix};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+/// Parts of a window that `"auto"` may come to.
+pub(super) const MOST_OF_AUTO: usize = 64;
 /// Cells along each side of a window where there are at most so many windows; more get no look.
 const CELLS: [(usize, usize); 3] = [(8, 32), (64, 16), (512, 8)];
 /// Rays of D per bin and cell.
@@ -193,9 +195,14 @@ impl Surroundings {
         let ground_reflectance = [project.weather.ground_albedo; 3];
         // Of five phases the sun's direct light is not V's and D's.
         let sun = inputs.choice(project).phases != 5;
-        let options = SkyOptions { subdivision: 1, sun, average: true, ground_reflectance, ..SkyOptions::default() };
-        let mean_sky = sky_matrix(&inputs.weather, &options, &Silent).ok()?;
-        let luminance = |p: usize| mean_sky.at(p, 0).iter().zip(ILLUMINANCE_WEIGHTS).map(|(v, w)| f64::from(*v) * w).sum();
+        // A sky made elsewhere has its own division.
+        let subdivision = if inputs.weather.given.is_some() { inputs.sky(project).subdivision() } else { 1 };
+        let options = SkyOptions { subdivision, sun, ground_reflectance, ..SkyOptions::default() };
+        let sky = sky_matrix(&inputs.weather, &options, &Silent).ok()?;
+        let of_row = |row: &[f32]| -> f64 {
+            row.chunks_exact(3).flat_map(|v| v.iter().zip(ILLUMINANCE_WEIGHTS)).map(|(v, w)| f64::from(*v) * w).sum()
+        };
+        let luminance = |p: usize| of_row(sky.row(p)) / sky.cols().max(1) as f64;
         Some(Self {
             kinds: solid.iter().map(|t| kind(t)).collect(),
             fronts: solid
@@ -205,8 +212,8 @@ impl Surroundings {
             solid: Caster::new(solid.iter().map(|t| t.vertices).collect()),
             windows: Caster::new(inputs.windows.iter().flat_map(|w| w.window.triangles.clone()).collect())?,
             openings: inputs.windows.iter().map(|w| Opening::new(&w.window)).collect(),
-            sky: ReinhartSky::new(1).ok()?,
-            luminance: (0..mean_sky.rows()).map(luminance).collect(),
+            luminance: (0..sky.rows()).map(luminance).collect(),
+            sky: ReinhartSky::from_bins(sky.rows())?,
         })
     }
 
@@ -240,7 +247,7 @@ impl Surroundings {
     }
 
     /// Luminance that comes to a point before the windows from a direction; windows send nothing.
-    fn from_outside(&self, mut origin: DVec3, mut direction: DVec3, reflections: usize, random: &mut Random) -> f64 {
+    fn luminance_outside(&self, mut origin: DVec3, mut direction: DVec3, reflections: usize, random: &mut Random) -> f64 {
         let mut weight = 1.0;
         for _ in 0..=reflections {
             let met = self.met(origin, direction, 1e-6);
@@ -347,7 +354,7 @@ impl Behind {
                 let point = opening.point(u, v);
                 let direction = -window.frame.to_world(window.basis.direction(bin, a, b));
                 let (sum, rays) = &mut found[behind.cell(window, point)];
-                *sum += surroundings.from_outside(point + start, direction, OUTSIDE, &mut random);
+                *sum += surroundings.luminance_outside(point + start, direction, OUTSIDE, &mut random);
                 *rays += 1.0;
             }
             found

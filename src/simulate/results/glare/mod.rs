@@ -19,6 +19,7 @@ pub(crate) mod eyes;
 mod imageless;
 mod noise;
 pub mod read;
+mod spatial;
 mod sunlight;
 mod tables;
 
@@ -37,6 +38,7 @@ use crate::kernels::trace::{TraceStatistics, TracedMatrix};
 use crate::kernels::view_matrix;
 use crate::matrix::Matrix;
 use crate::matrix::file::read_matrix;
+use crate::metrics::Metric;
 use crate::progress::Progress;
 use crate::simulate::context::Context;
 use crate::simulate::inputs::SensorGroup;
@@ -48,6 +50,7 @@ use crate::simulate::phases::sun_pixels::{Shown, sun_pictures};
 use crate::simulate::plan::presets::{daylight_options, image_options, rounds, view_options};
 use crate::simulate::project::given::GivenPictures;
 use crate::simulate::project::glare::{GlareMethod, GlareSection};
+use crate::simulate::project::metrics::Family;
 use crate::simulate::project::views::ViewSection;
 use crate::simulate::sampling::rounds::{Part, average};
 use crate::statistics::student_95;
@@ -72,6 +75,9 @@ pub struct GlareSummary {
     pub detector: Option<String>,
     /// Seconds for all hours of all views and states, without V and D.
     pub seconds: f64,
+    /// sGA, sDG and protection of the views, by state.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub metrics: Vec<Metric>,
 }
 
 /// What the glare of a project is computed from.
@@ -161,6 +167,8 @@ impl GlareJob<'_> {
         let confidence_95 = student_95(self.freedom(section.method));
         let calendar = tables::Calendar { records: &weather.records, steps, confidence_95 };
         tables::write(self.context.store, section, &calendar, &years, self.context.progress, warnings)?;
+        let wanted = self.context.project.metrics.wants(Family::Glare);
+        let metrics = if wanted { spatial::metrics(section, &calendar, &years) } else { Vec::new() };
         Ok(GlareSummary {
             method: section.method.name().to_string(),
             views: self.context.project.views.len(),
@@ -168,6 +176,7 @@ impl GlareJob<'_> {
             hours: lit_hours,
             detector: detector.map(|d| d.description()),
             seconds,
+            metrics,
         })
     }
 

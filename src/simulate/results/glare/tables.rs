@@ -49,6 +49,13 @@ pub(super) struct ViewYear {
     pub is_lit: Vec<bool>,
 }
 
+impl ViewYear {
+    /// DGP of all steps, each moved by so many of its standard errors.
+    pub fn dgp(&self, by: f64) -> Vec<f64> {
+        self.hours.iter().map(|h| (h.dgp + if by == 0.0 { 0.0 } else { by * h.standard_error }).clamp(0.0, 1.0)).collect()
+    }
+}
+
 /// The steps of the year that results belong to.
 pub(super) struct Calendar<'a> {
     /// Times of day.

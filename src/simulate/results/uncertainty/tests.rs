@@ -9,8 +9,11 @@ use crate::progress::Silent;
 use crate::scene::points::Sensor;
 use crate::simulate::Inputs;
 use crate::simulate::Project;
+use crate::simulate::inputs::counting::Counting;
 use crate::simulate::light::{Daylight, WindowLight, multiply};
-use crate::simulate::results::annual;
+use crate::simulate::project::metrics::{Family, MetricsSection};
+use crate::simulate::results::annual::{self, YearJob};
+use crate::simulate::results::metrics::Samples;
 use crate::simulate::sampling::estimate::Estimate;
 use crate::sky::{SkyOptions, sky_matrix};
 use crate::statistics::variance_of_mean;
@@ -55,6 +58,16 @@ fn light_of(chain: &Chain<'_>) -> Light {
     let daylight = Daylight { total: &total, direct: &direct };
     let windows = WindowLight::of(chain.inputs, &chain.inputs.transmissions(), daylight);
     Light::new(&windows, &Native, &skies, chain.inputs.differences()).unwrap()
+}
+
+/// The mean and the daylight factor.
+fn counting(inputs: &Inputs) -> Counting {
+    let wanted = MetricsSection { families: vec![Family::DaylightFactor], ..MetricsSection::default() };
+    Counting::new(&wanted, &inputs.weather, false).unwrap()
+}
+
+fn job<'a>(chain: &'a Chain<'a>, counting: &'a Counting, light: &'a Light, target: Option<f64>) -> YearJob<'a> {
+    YearJob { chain, counting, multiplier: &Native, light, suns: None, overcast: None, target }
 }
 
 fn illuminance_of(chain: &Chain<'_>, light: &Light) -> Matrix<f32> {
@@ -121,13 +134,27 @@ fn errors_reach_the_metrics_of_the_year() {
     let (_, inputs, sky) = room(3);
     let (view, daylight) = (made_up(3, 41, 3), vec![made_up(41, 146, 9)]);
     let chain = Chain { inputs: &inputs, view: &view, daylight: &daylight, sees_sky: false, sky: &sky, sun: None };
+    let counting = counting(&inputs);
     let light = light_of(&chain);
     let lux = illuminance_of(&chain, &light);
-    let year = annual::estimate(&chain, &Native, &light, &lux, None, Some(0.02), &|_| Ok(())).unwrap();
+    // Three times the mean sky in place of an overcast one.
+    let mean_sky = {
+        let of = |patch: usize, c: usize| 3.0 * (0..24).map(|h| sky.at(patch, h)[c]).sum::<f32>() / 24.0;
+        Matrix::from_data(sky.rows(), 1, 3, (0..sky.rows() * 3).map(|i| of(i / 3, i % 3)).collect()).unwrap()
+    };
+    let under = Chain { inputs: &inputs, view: &view, daylight: &daylight, sees_sky: false, sky: &mean_sky, sun: None };
+    let mean_light = light_of(&under);
+    let with_sky = YearJob { overcast: Some((&under, &mean_light)), ..job(&chain, &counting, &light, Some(0.02)) };
+    let year = annual::estimate(&with_sky, &lux, &|_| Ok(())).unwrap();
     let annual_sums = chain.annual();
-    for (sensor, sum) in year.groups[0].sensors.iter().zip(&annual_sums) {
-        let wanted = sum.variance.sqrt() / 24.0;
-        assert!((sensor.mean.standard_error / wanted - 1.0).abs() < 1e-3, "{} {wanted}", sensor.mean.standard_error);
+    let samples = Samples { counting: &counting, noise: &year.noise, replicates: year.replicates };
+    for (sample, sum) in year.samples.iter().zip(&annual_sums) {
+        let (mean, wanted) = (samples.sensor(sample)[0], sum.variance.sqrt() / 24.0);
+        assert!((mean.standard_error / wanted - 1.0).abs() < 1e-3, "{} {wanted}", mean.standard_error);
+        // The daylight factor is the light of the overcast sky, its error that of the same replicates.
+        assert!((sample.values[1] - 1e-4 * 3.0 * mean.value).abs() < 1e-6 * mean.value, "{:?}", sample.values);
+        let factor = samples.sensor(sample)[1].standard_error;
+        assert!((factor / (3e-4 * wanted) - 1.0).abs() < 1e-3, "{factor} {wanted}");
     }
     let estimated = year.estimated.unwrap();
     assert_eq!(estimated.target_met, Some(estimated.annual_largest <= 0.02));
@@ -141,7 +168,7 @@ fn errors_reach_the_metrics_of_the_year() {
     let exact = Estimate::exact(view.total(), view.direct());
     let known = vec![Estimate::exact(daylight[0].total(), daylight[0].direct())];
     let chain = Chain { inputs: &inputs, view: &exact, daylight: &known, sees_sky: false, sky: &sky, sun: None };
-    let year = annual::estimate(&chain, &Native, &light, &lux, None, None, &|_| Ok(())).unwrap();
+    let year = annual::estimate(&job(&chain, &counting, &light, None), &lux, &|_| Ok(())).unwrap();
     assert_eq!(year.estimated.unwrap().annual_largest, 0.0);
 }
 
@@ -194,6 +221,7 @@ fn intervals_of_95_percent_hold_the_converged_value_in_93_to_97_percent_of_cases
     let chain = Chain { inputs: &inputs, view: &all.0, daylight: &all.1, sees_sky: false, sky: &sky, sun: None };
     let truth = illuminance_of(&chain, &light_of(&chain));
     let year: Vec<f64> = (0..4).map(|s| truth.row(s).iter().map(|v| f64::from(*v)).sum()).collect();
+    let counting = counting(&inputs);
     let hours: Vec<usize> = (0..24).filter(|&h| truth.at(0, h)[0] > 1.0).collect();
     let new = || Coverage { held: 0, cases: 0 };
     let (mut annual, mut hourly, mut without_view) = (new(), new(), new());
@@ -211,7 +239,7 @@ fn intervals_of_95_percent_hold_the_converged_value_in_93_to_97_percent_of_cases
         }
         let light = light_of(&chain);
         let lux = illuminance_of(&chain, &light);
-        let errors = annual::estimate(&chain, &Native, &light, &lux, None, None, &|_| Ok(())).unwrap().standard_error;
+        let errors = annual::estimate(&job(&chain, &counting, &light, None), &lux, &|_| Ok(())).unwrap().standard_error;
         for sensor in 0..4 {
             for &hour in &hours {
                 let value = |m: &Matrix<f32>| f64::from(m.at(sensor, hour)[0]);

@@ -1,0 +1,10 @@
+//! Named metrics of a run, or of a result folder, with what noise makes of them.
+
+mod judge;
+mod samples;
+mod tables;
+
+pub use self::judge::{GroupFacts, judge, judge_all};
+pub use self::samples::{Row, Samples, SensorSample};
+pub use self::tables::SensorTable;
+pub(crate) use self::tables::*;
