@@ -17,7 +17,8 @@
 //!
 //! A sun lights few patches at a time, and few of all those paths come from them. So suns have light paths of their own
 //! ([`compute_suns`]): straight from the sun, or reflected diffusely outside, through the panes, and on as all others. Each batch
-//! of C then tells which part of it such paths replace (`sunlit`); what is near the sensor or mirrored stays in C.
+//! of C then tells which part of it such paths replace (`sunlit`). What is near the sensor or mirrored, and surfaces outside that
+//! it sees through the panes, stay in C, where few paths find a single sun.
 //!
 //! All of it is repeated in independently scrambled batches; their spread is the standard error, with what few or no
 //! hits leave open (see [`doubt`](crate::kernels::trace::doubt)).
