@@ -152,12 +152,15 @@ fn other_random_numbers_differ_by_the_stated_error() {
     let scene = format!("{GREY}{ROOM}{REVEAL}");
     let mut squares = Vec::new();
     let mut results: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut hours: Vec<[Vec<f32>; 2]> = Vec::new();
     for seed in 1..=6 {
         let out = folder.path().join(seed.to_string());
         let builder = glass(folder.path(), &scene).set("quality", "seed", seed).set("quality", "preset", "draft");
         computed(&device, builder.set("method", "sky_subdivision", 1), &out);
         // Mean of the year and its standard error.
         results.push(table(&out.join("illuminance/room_annual.csv")).iter().map(|r| [r[0], r[1]]).collect());
+        let of = |name: &str| read_matrix(&out.join(format!("illuminance/{name}.mtx"))).unwrap().matrix.into_data();
+        hours.push([of("room"), of("room_standard_error")]);
     }
     for sensor in 0..results[0].len() {
         let mean = results.iter().map(|r| r[sensor][0]).sum::<f64>() / results.len() as f64;
@@ -167,6 +170,20 @@ fn other_random_numbers_differ_by_the_stated_error() {
     let z2 = squares.iter().sum::<f64>() / squares.len() as f64 * 6.0 / 5.0;
     println!("mean z² {z2:.2}");
     assert!((0.4..3.0).contains(&z2), "{z2}");
+    // The same of single hours, most of them with sun.
+    let n = hours.len() as f64;
+    let (mut sum, mut errors) = (0.0, Vec::new());
+    for hour in 0..hours[0][0].len() {
+        let mean = hours.iter().map(|[v, _]| f64::from(v[hour])).sum::<f64>() / n;
+        sum += hours.iter().map(|[v, e]| ((f64::from(v[hour]) - mean) / f64::from(e[hour])).powi(2)).sum::<f64>();
+        errors.extend(hours.iter().map(|[_, e]| f64::from(e[hour]) / mean));
+    }
+    let z2 = sum / (n - 1.0) / hours[0][0].len() as f64;
+    errors.sort_by(f64::total_cmp);
+    let (median, most) = (errors[errors.len() / 2], errors[errors.len() - 1]);
+    println!("hours: mean z² {z2:.2}, stated errors {median:.4} in the median, {most:.4} at most");
+    measured("direct-hours-with-sun", &format!("median {}, most {}", percent(median), percent(most)), "median 4 %, as seeds differ");
+    assert!((0.6..2.6).contains(&z2) && median < 0.04, "{z2} {median}");
 }
 
 #[test]

@@ -1,11 +1,11 @@
 // Daylight coefficients: virtual lights of each bin connected to each sensor. What a ray brings belongs to the sky
-// patch that the light's path came from.
+// patch, or the sun, that the light's path came from.
 //
 // As `view_matrix/gather`: connections shorter than `near_radius` are weighted down, and `coefficients/paths` adds what
 // they lack.
 
 import package::generated::{Receiver, FRAC_1_PI};
-import package::coefficients::deposit::{params, deposit};
+import package::coefficients::deposit::{params, deposit, OTHER};
 import package::shared::gathering::{choose_lights, squares_of_rays, arriving, lights, chosen, RAYS};
 import package::shared::random::{hash_combine, unit_f32};
 import package::shared::counters::{count_finished};
@@ -26,8 +26,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     }
     let sensor = sensors[sensor_index];
     let list = batch * params.bins + bin;
-    let seed = hash_combine(hash_combine(hash_combine(params.seed, batch), bin), sensor.number);
-    let step = choose_lights(sensor, list * params.samples, light_counts[list], params.near_radius, unit_f32(seed));
+    let seed = hash_combine(hash_combine(hash_combine(params.seed, batch), params.first_list + bin), sensor.number);
+    let step = choose_lights(sensor, list * params.room, light_counts[list], params.near_radius, unit_f32(seed));
     if step == 0.0 {
         count_finished(true);
         return;
@@ -39,8 +39,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         let share = arriving(sensor, ray);
         if any(share > vec3<f32>(0.0)) {
             arrived += share;
-            let patch_index = lights[chosen[ray]].label & 0xffffu;
-            deposit(batch * params.sensors + sensor_index, false, patch_index, share * weight, unit_f32(hash_combine(seed + 1u, ray)));
+            let label = lights[chosen[ray]].label;
+            let part = select(OTHER, params.sunlit, (label >> 31u) == 1u);
+            deposit(batch * params.sensors + sensor_index, part, label & 0xffffu, share * weight, unit_f32(hash_combine(seed + 1u, ray)));
         }
     }
     let cell = (list * params.sensors + sensor_index) * 3u;

@@ -10,7 +10,7 @@
 // Light of windows by a first diffuse surface farther away than `near_radius` is left to light paths.
 
 import package::generated::{Receiver, FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_GLASS, MOST_PATH_SEGMENTS, PI, WORKGROUPS_PER_ROW};
-import package::coefficients::deposit::{params, deposit};
+import package::coefficients::deposit::{params, deposit, DIRECT, OTHER};
 import package::coefficients::entering::{light_of_windows};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
@@ -67,7 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         if hit.triangle == NO_TRIANGLE {
             if counts {
                 let light = weight * select(1.0, near_share, crossed);
-                deposit(row, first, sky_bin(direction, params.row_height, params.sky_rows), light, dither);
+                deposit(row, select(OTHER, DIRECT, first), sky_bin(direction, params.row_height, params.sky_rows), light, dither);
                 count_look(sensor_index, select(2u, 0u, crossed), light);
             }
             ended = true;
@@ -109,7 +109,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                 let found = light_of_windows(position, side, random, index, hash_combine(seed, 2u + segment), params.most_bounces - bounces);
                 if found.patch_index != NO_PATCH {
                     let light = weight * found.weight * (near_share * FRAC_1_PI);
-                    deposit(row, false, found.patch_index, light, dither);
+                    deposit(row, OTHER, found.patch_index, light, dither);
                     count_look(sensor_index, 0u, light);
                 }
                 segments += found.segments;

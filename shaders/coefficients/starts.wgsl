@@ -8,6 +8,7 @@ import package::generated::{CoefficientParams, LightPath};
 import package::shared::bvh::{offset_from_surface};
 import package::shared::counters::{counters, count_finished};
 import package::shared::material::{materials, glass_pane, largest};
+import package::coefficients::sunlight::{path_label};
 import package::shared::outside::{follow_outside, Outdoors, NO_PATCH};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::window::{windows, window_point, window_bin_direction, projected_solid_angle};
@@ -40,7 +41,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let emitted = window.area * projected_solid_angle(window.first_ring, window.rings, local_bin);
     let flux = emitted * through * path_outside.weight;
     let arrives = path_outside.patch_index != NO_PATCH && largest(flux) > 0.0;
-    let label = select(0u, path_outside.patch_index + (min(path_outside.bounces, 0xffffu) << 16u), arrives);
+    let label = select(0u, path_label(path_outside.patch_index, path_outside.bounces, path_outside.plain), arrives);
     let slot = (batch * params.bins + bin) * params.samples + index;
     paths[slot] = LightPath(offset_from_surface(point, window.z), select(0u, 1u, arrives), direction, 2u, flux, label);
     atomicAdd(&counters.segments, path_outside.segments);

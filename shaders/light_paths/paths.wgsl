@@ -42,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let slot = (batch * params.bins + bin) * params.paths + path_index;
-    let seed = hash_combine(hash_combine(params.seed, batch), bin);
+    let seed = hash_combine(hash_combine(params.seed, batch), params.first_list + bin);
     let index = path_index;
     var light = VirtualLight(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), 0u, vec3<f32>(0.0), 0u);
     var path: LightPath;
@@ -60,7 +60,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         path = paths[slot];
     }
     // Reflections outside, before the path was given, count as well.
-    let last = params.last != 0u || (path.label >> 16u) + params.vertex + 2u > params.most_bounces;
+    let last = params.last != 0u || ((path.label >> 16u) & 0x7fffu) + params.vertex + 2u > params.most_bounces;
     var ended = path.alive == 0u;
     var segment = 0u;
     for (; segment < MOST_SPECULAR && !ended; segment++) {
@@ -93,8 +93,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             path.direction = cosine_direction(side, slope);
         }
-        // Analog roulette: survivors keep their strength, so no virtual light is wasted on little.
-        let survival = min(largest(path.flux) / before, 1.0);
+        // Analog roulette: survivors keep their strength, so no virtual light is wasted on little. Not yet where few paths
+        // begin.
+        let survival = select(min(largest(path.flux) / before, 1.0), 1.0, params.vertex < params.certain);
         if choices.y >= survival {
             path.alive = 0u;
         } else {

@@ -2,9 +2,9 @@
 
 import package::generated::{
     Material, SunRecord, SunVertex, FAR_AWAY, FRAC_1_PI, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE,
-    PI, SMOOTH_ROUGHNESS2, TAU,
+    PI, SMOOTH_ROUGHNESS2,
 };
-import package::shared::frame::{tangent_frame};
+import package::shared::disc::{disc_direction};
 import package::shared::bvh::{bvh_triangles, light_passing, traverse, triangle_material, NO_TRIANGLE, ANY, ANY_BUT_CLEAR};
 import package::shared::window::{enters_window};
 import package::shared::material::{materials, diffuse_share, is_smooth, largest};
@@ -14,14 +14,7 @@ override HAS_PANES: bool = true;
 
 // A direction to the disc, uniform in solid angle.
 fn sun_direction(sun: SunRecord, random: vec2<f32>) -> vec3<f32> {
-    if sun.chord == 0.0 {
-        return sun.direction;
-    }
-    let chord = sqrt(random.x) * sun.chord;
-    let sine = chord * sqrt(max(1.0 - 0.25 * chord * chord, 0.0));
-    let phi = TAU * random.y;
-    let local = vec3<f32>(sine * cos(phi), sine * sin(phi), 1.0 - 0.5 * chord * chord);
-    return normalize(tangent_frame(sun.direction) * local);
+    return disc_direction(sun.direction, sun.chord, random);
 }
 
 // What part of a sun's light arrives: 0 where a surface is in the way, or a window that absorbs what enters,

@@ -148,7 +148,7 @@ mod tests {
             ranges.iter().flat_map(Clone::clone).for_each(|s| m.at_mut(s, 0)[0] = 600.0);
             m
         };
-        let (a, b, c) = (of(&[0..6]), of(&[0..3, 10..13]), of(&[3..6, 13..16]));
+        let (a, b, c) = (of(&[0..3, 3..6]), of(&[0..3, 10..13]), of(&[3..6, 13..16]));
         let groups = [&b, &a, &c].map(|open| Group { open, closed: &none });
         let found = operate(&groups, None, &time(&[0]));
         assert_eq!([0, 1, 2].map(|g| found.closed[g][0]), [false, true, false]);

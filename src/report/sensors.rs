@@ -6,9 +6,9 @@ use crate::error::Result;
 use crate::image::carpet::{Carpet, Coloring};
 use crate::image::palette::{Palette, Scale, round_up, rounded_number};
 use crate::metrics::Estimated;
+use crate::simulate::Results;
 use crate::simulate::inputs::counting::MEAN;
 use crate::simulate::year::Sensors;
-use crate::simulate::{Results, Summary};
 use crate::weather::Days;
 use crate::weather::time::steps_per_day;
 use std::collections::HashMap;
@@ -109,10 +109,6 @@ pub(super) fn section(results: &Results, scales: &Scales) -> Result<Section> {
         return Ok(Section { title: "Sensors", parts: vec![Part::Text("The project has no sensors.".into())] });
     }
     parts.push(Part::Table(groups));
-    let named = named(&year.summary);
-    if !named.rows.is_empty() {
-        parts.push(Part::Table(named));
-    }
     let days = days(results);
     for group in &year.sensors {
         let maxima = scales.group(group);
@@ -154,15 +150,6 @@ fn is_a_plan(group: &Sensors) -> bool {
     let places: std::collections::BTreeSet<[i64; 2]> =
         group.positions.iter().map(|p| [(p.x * 1e3).round() as i64, (p.y * 1e3).round() as i64]).collect();
     places.len() == group.count()
-}
-
-/// What standards name, with class, doubt and notes.
-fn named(summary: &Summary) -> Table {
-    let mut table = Table::new("named_metrics", "Named metrics; ± is the standard error", &["of", "metric", "result", "source", "notes"]);
-    for m in summary.sensors.iter().flat_map(|s| &s.metrics).chain(&summary.metrics).filter(|m| !m.name.starts_with("mean_u")) {
-        table.rows.push(vec![m.of.clone(), m.title.clone(), m.result(), m.source.clone(), m.notes.join("; ")]);
-    }
-    table
 }
 
 /// Least, median and greatest of the metrics.

@@ -85,7 +85,7 @@ fn pass_parts(multiplier: &dyn Multiplier, factors: &mut Vec<Factor>) -> Result<
     let fits = |f: &[Factor]| {
         let [v, t, d] = [0, 1, 2].map(|i| &f[i].matrix);
         let (bins, all) = (t.rows(), d.rows());
-        bins > 0 && t.cols() == bins && all > bins && all % bins == 0 && v.cols() == all
+        bins > 0 && t.cols() == bins && all > bins && all.is_multiple_of(bins) && v.cols() == all
     };
     let Some(first) = factors.windows(3).position(fits) else { return Ok(()) };
     let (t, d) = (&factors[first + 1], &factors[first + 2]);

@@ -40,7 +40,7 @@ use std::time::Instant;
 /// | `matrices/replicates_*.mtx` | the independent estimates that V and D are the means of |
 /// | `matrices/C_SENSORS.mtx`, `suns.rad` | five phases: sun matrix, columns the suns that were traced, listed in `suns.rad` |
 /// | `matrices/DC_SENSORS.mtx` | two phases: daylight coefficients V·T·D; direct: C, with `_direct` and `_standard_error`, in place of V |
-/// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux; direct: `whole` C·S, `direct` Cd·Sds, `sun` |
+/// | `illuminance/terms/SENSORS_*.mtx` | five phases: `three_phase` V·T·D·S, `direct` Vd·T·Dd·Sds, `sun` Cds·Ssun, lux; direct: `whole` C·S, `direct` Cd·Sds, `sun` Cds·Ssun, the light that rooms reflect of the suns in both (see [`light`](super::light)) |
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy, useful daylight, daylight factor and what else metrics count of each sensor, with their standard errors |

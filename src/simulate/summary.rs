@@ -7,7 +7,7 @@ use super::store::Store;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::metrics::Metric;
-use crate::simulate::inputs::parts::Division;
+use crate::simulate::inputs::division::Division;
 use crate::simulate::inputs::suns::SunCensus;
 use crate::simulate::inputs::{Differences, Inputs, ProjectWindow};
 use crate::simulate::results::glare::GlareSummary;

@@ -5,18 +5,33 @@ use super::{CoefficientOptions, CoefficientParams, GATHER, STARTS};
 use crate::error::Result;
 use crate::gpu::{Buffer, Device, Kernel};
 use crate::kernels::light_paths::doubts::Chances;
-use crate::kernels::light_paths::{Gathering, LightPathKernels, LightPathOptions, LightPaths, Receiver, Rounds, finish_dispatch, follow};
+use crate::kernels::light_paths::{Gathering, LightPathKernels, LightPathOptions, LightPaths, Receiver, Rounds, follow};
 use crate::kernels::trace::doubt::ENOUGH_HITS;
-use crate::kernels::trace::{Counters, TraceStatistics, TraceTables, stream_seed};
+use crate::kernels::trace::{TraceStatistics, TraceTables, stream_seed};
 
 /// Values of `chances` per sensor, bin and batch.
-const CHANCES: usize = 3;
+pub(super) const CHANCES: usize = 3;
+
+/// Adds a cell of `chances`.
+pub(super) fn add_chances(sum: &mut Chances, cell: &[f32]) {
+    // The mean of the channels.
+    let [arrived, possible, squares] = std::array::from_fn(|k| f64::from(cell[k]) / 3.0);
+    sum.arrived += arrived;
+    sum.possible += possible;
+    sum.squares += squares / 3.0;
+}
+
+/// Deviation by what few hits leave open. Also if all of them arrive: the ends of light paths are found by chance
+/// themselves.
+pub(super) fn doubt(chances: &Chances, batches: u32, paths: u32) -> f64 {
+    if chances.hits() < ENOUGH_HITS { chances.half_a_hit(f64::from(batches)) / f64::from(paths) } else { 0.0 }
+}
 
 pub(super) struct Gathered {
-    light_paths: LightPathKernels,
+    pub(super) light_paths: LightPathKernels,
     rounds: Rounds,
     starts: Kernel,
-    gather: Kernel,
+    pub(super) gather: Kernel,
 }
 
 impl Gathered {
@@ -49,21 +64,24 @@ impl Gathered {
         let chances = tracer.device.zeros::<f32>("chances of light paths", o.batches as usize * tracer.tables.bins() * count * CHANCES)?;
         let to_patches = ToPatches { gathered: self, tracer, receivers, count, sums, chances };
         let paths = self.rounds.paths;
-        let options = LightPathOptions { paths, batches: o.batches, bounces: o.bounces, seed: o.seed, room: paths, started: true };
+        let options = LightPathOptions {
+            paths,
+            batches: o.batches,
+            bounces: o.bounces,
+            seed: o.seed,
+            room: paths,
+            started: true,
+            lists: tracer.tables.bins() as u32,
+            first_list: 0,
+            certain: 0,
+        };
         let scene = (&tracer.tables, &tracer.scene);
         follow(tracer.device, scene, &self.light_paths, options, self.rounds, records, &to_patches, statistics, stage)?;
         let mut found = vec![Chances::default(); count];
         for (i, cell) in tracer.device.read_finite::<f32>(&to_patches.chances)?.chunks_exact(CHANCES).enumerate() {
-            // The mean of the channels.
-            let [arrived, possible, squares] = std::array::from_fn(|k| f64::from(cell[k]) / 3.0);
-            let sum = &mut found[i % count];
-            sum.arrived += arrived;
-            sum.possible += possible;
-            sum.squares += squares / 3.0;
+            add_chances(&mut found[i % count], cell);
         }
-        // Also if all of them arrive: the ends of light paths are found by chance themselves.
-        let doubt = |c: &Chances| if c.hits() < ENOUGH_HITS { c.half_a_hit(f64::from(o.batches)) / f64::from(self.paths()) } else { 0.0 };
-        Ok(found.iter().map(doubt).collect())
+        Ok(found.iter().map(|c| doubt(c, o.batches, self.paths())).collect())
     }
 }
 
@@ -78,24 +96,6 @@ struct ToPatches<'t> {
 }
 
 impl ToPatches<'_> {
-    fn run(
-        &self,
-        kernel: &Kernel,
-        params: &CoefficientParams,
-        own: &[(&str, &Buffer)],
-        (workgroups, started): ([u32; 3], u64),
-        statistics: &mut TraceStatistics,
-    ) -> Result<()> {
-        let device = self.tracer.device;
-        let params = device.uniform("parameters of light paths", params)?;
-        device.write(&self.tracer.counters, &[Counters::default()])?;
-        let all = [own, &[("params", &params), ("counters", &self.tracer.counters)]].concat();
-        let bind = kernel.bind(&self.tracer.scene.bindings(&all))?;
-        device.dispatch(kernel, &bind, workgroups)?;
-        finish_dispatch(device, &self.tracer.counters, started, kernel.label(), statistics)?;
-        Ok(())
-    }
-
     /// Lights are of one round, their light is divided among the paths of all.
     fn params(&self, seed: u32) -> CoefficientParams {
         CoefficientParams { seed, unit: unit(self.gathered.paths()), ..self.tracer.params(0, self.gathered.rounds.paths, self.count) }
@@ -108,7 +108,7 @@ impl Gathering for ToPatches<'_> {
         let workgroups = [params.samples.div_ceil(64), params.bins, params.batches];
         let started = u64::from(params.samples) * u64::from(params.bins * params.batches);
         let own = [("paths", &paths.paths), ("sky_rows", &self.tracer.rows)];
-        self.run(&self.gathered.starts, &params, &own, (workgroups, started), statistics)
+        self.tracer.run(&self.gathered.starts, &params, &own, (workgroups, started), statistics)
     }
 
     fn gather(&self, paths: &LightPaths<'_>, seed: u32, statistics: &mut TraceStatistics) -> Result<()> {
@@ -122,7 +122,7 @@ impl Gathering for ToPatches<'_> {
             ("sums", self.sums),
             ("chances", &self.chances),
         ];
-        self.run(&self.gathered.gather, &params, &own, (workgroups, started), statistics)?;
+        self.tracer.run(&self.gathered.gather, &params, &own, (workgroups, started), statistics)?;
         statistics.segments += started * u64::from(self.tracer.options.visibility_rays);
         Ok(())
     }

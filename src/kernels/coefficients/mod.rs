@@ -15,6 +15,10 @@
 //! | reflected in the room | light paths from the windows, each after a path outside that tells its patch of the sky; their diffuse vertices serve *all* sensors | `coefficients/starts`, `light_paths/paths`, `coefficients/gather` |
 //! | what these must leave out: very short connections, mirrors seen by the sensor; light by no window | paths from the sensor; at each diffuse vertex a ray to a window and a path outside | `coefficients/paths` |
 //!
+//! A sun lights few patches at a time, and few of all those paths come from them. So suns have light paths of their own
+//! ([`compute_suns`]): straight from the sun, or reflected diffusely outside, through the panes, and on as all others. Each batch
+//! of C then tells which part of it such paths replace (`sunlit`); what is near the sensor or mirrored stays in C.
+//!
 //! All of it is repeated in independently scrambled batches; their spread is the standard error, with what few or no
 //! hits leave open (see [`doubt`](crate::kernels::trace::doubt)).
 
@@ -26,6 +30,9 @@ mod radiance_tests;
 #[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
+mod sun_tests;
+mod suns;
+#[cfg(test)]
 mod tests;
 mod tracer;
 
@@ -35,6 +42,7 @@ use crate::gpu::{Declared, Device, Plan, Shader};
 use crate::gpu_struct;
 use crate::kernels::daylight_matrix::SkyRow;
 use crate::kernels::light_paths::{LOOKS, LightPath, NUMBERS, Receiver, VirtualLight, check_sensors};
+use crate::kernels::sun_matrix::SunRecord;
 use crate::kernels::trace::{self, TraceStatistics, TraceTables, TracedBatch, TracedMatrix};
 use crate::kernels::view_matrix::NUMBERS as RAY_NUMBERS;
 use crate::matrix::Matrix;
@@ -47,6 +55,8 @@ use tracer::Tracer;
 
 pub use crate::scene::{GlazedWindow, Pane};
 pub use options::CoefficientOptions;
+pub(crate) use options::LEAST_SUN_PATHS;
+pub use suns::compute_suns;
 
 gpu_struct! {
     /// Parameters of this module's kernels.
@@ -71,8 +81,16 @@ gpu_struct! {
         open: u32,
         sky_rows: u32,
         row_height: f32,
-        /// Of all windows.
+        /// Of all windows; in place of them suns, where light paths start from these.
         bins: u32,
+        /// Number of the first of them.
+        first_list: u32,
+        /// Lights of each of them that there is room for.
+        room: u32,
+        /// The part of the sums that light in ways which light paths of suns have belongs to.
+        sunlit: u32,
+        /// Paths of each sun that come straight from it.
+        straight: u32,
         padding: u32,
     }
 }
@@ -82,11 +100,11 @@ const MOST_TILE_SENSORS: usize = 1024;
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<Shader> {
-    vec![DIRECT, PATHS, STARTS, GATHER]
+    vec![DIRECT, PATHS, STARTS, GATHER, suns::STARTS]
 }
 
 const STRUCTS: &[Declared] =
-    &[CoefficientParams::DECLARED, Receiver::DECLARED, SkyRow::DECLARED, LightPath::DECLARED, VirtualLight::DECLARED];
+    &[CoefficientParams::DECLARED, Receiver::DECLARED, SkyRow::DECLARED, LightPath::DECLARED, VirtualLight::DECLARED, SunRecord::DECLARED];
 const DIRECT: Shader = trace::shader("coefficients/direct", &[LOOKS, STRUCTS]);
 const PATHS: Shader = trace::shader("coefficients/paths", &[LOOKS, NUMBERS, STRUCTS]);
 const STARTS: Shader = trace::shader("coefficients/starts", &[STRUCTS]);
@@ -114,7 +132,8 @@ pub fn compute(
     let tables = TraceTables::with_panes(scene, windows, &around)?;
     let (rows, patches, batches) = (sensors.len(), sky.len(), options.batches as usize);
     let mut tracer = Tracer::new(device, tables, windows, rows, sky, options)?;
-    let empty = TracedBatch { total: Matrix::zeros(rows, patches, 3), direct: Matrix::zeros(rows, patches, 3) };
+    let zeros = || Matrix::zeros(rows, patches, 3);
+    let empty = TracedBatch { total: zeros(), direct: zeros(), sunlit: options.sun_paths.map(|_| zeros()) };
     let mut result = TracedMatrix {
         total: Matrix::zeros(rows, patches, 3),
         direct: Matrix::zeros(rows, patches, 3),

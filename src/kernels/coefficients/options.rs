@@ -1,5 +1,6 @@
 //! How much of the daylight coefficients' light to sample.
 
+use super::GlazedWindow;
 use crate::error::{Error, Result};
 use crate::gpu::DEFAULT_MEMORY;
 use crate::kernels::trace::ROULETTE_WEIGHT;
@@ -16,6 +17,9 @@ pub struct CoefficientOptions {
     /// Light paths from each directional bin of each window, which all sensors share; 0: the paths from the sensors find
     /// everything, which is slow and needs no windows.
     pub light_paths: u32,
+    /// Light paths from each sun, which all sensors share, if suns have their own ([`compute_suns`](super::compute_suns)): batches
+    /// then tell the part that these find.
+    pub sun_paths: Option<u32>,
     /// Rays from a sensor to the light paths' vertices, per bin and reflection; at most 32.
     pub visibility_rays: u32,
     /// Paths per sensor: for short connections and mirrors, and for light that comes by no window.
@@ -44,6 +48,7 @@ impl Default for CoefficientOptions {
             bounces: None,
             direct_samples: 512,
             light_paths: 256,
+            sun_paths: None,
             visibility_rays: 4,
             near_samples: 512,
             near_radius: 0.4,
@@ -60,7 +65,15 @@ impl Default for CoefficientOptions {
 /// Samples per sensor and batch, at most: bounds the fixed-point sums.
 const MOST_SAMPLES: u32 = 1 << 16;
 
+/// Light paths per sun and batch, at least: some come straight from the sun, some by way of what stands outside.
+pub(crate) const LEAST_SUN_PATHS: u32 = 2;
+
 impl CoefficientOptions {
+    /// Whether light that surfaces reflect comes by light paths from windows.
+    pub(super) fn has_light_paths(&self, windows: &[GlazedWindow]) -> bool {
+        !windows.is_empty() && self.light_paths > 0 && self.bounces.is_none_or(|b| b > 1)
+    }
+
     pub(super) fn check(&self) -> Result<()> {
         if self.batches < 2 {
             return Err(Error::new("at least two batches are needed for a standard error"));
@@ -73,6 +86,12 @@ impl CoefficientOptions {
             .help(format!(
                 "light paths up to {MOST_LIGHT_PATHS}, visibility rays 1 to {MOST_VISIBILITY_RAYS}; use more batches for more samples"
             )));
+        }
+        if let Some(paths) = self.sun_paths
+            && !(LEAST_SUN_PATHS..=MOST_LIGHT_PATHS).contains(&paths)
+        {
+            return Err(Error::new(format!("{paths} light paths per sun and batch are outside {LEAST_SUN_PATHS} to {MOST_LIGHT_PATHS}"))
+                .help("use more batches for more paths"));
         }
         for (what, samples) in [("window samples", self.direct_samples), ("paths", self.near_samples)] {
             if !(1..=MOST_SAMPLES).contains(&samples) {

@@ -3,7 +3,7 @@
 
 use super::GlazedWindow;
 use crate::bins::ReinhartSky;
-use crate::kernels::trace::reference::{Estimate, Met, Random, meet, scatter};
+use crate::kernels::trace::reference::{Estimate, Met, Random, intersect, meet, scatter};
 use crate::scene::{Material, MaterialIndex, MaterialKind, Scene, Triangle};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -19,7 +19,7 @@ pub fn glazed(scene: &Scene, windows: &[GlazedWindow]) -> Scene {
     scene
 }
 
-/// One row of C, `[patch][rgb]`, and its part that nothing reflected. `bounces` as `-ab`.
+/// One row of C, `[patch][rgb]`, its part that nothing reflected, and that which light paths of suns find. `bounces` as `-ab`.
 #[allow(clippy::too_many_arguments, reason = "each is a different thing")]
 pub fn coefficient_row(
     scene: &Scene,
@@ -30,23 +30,40 @@ pub fn coefficient_row(
     bounces: u32,
     samples: usize,
     seed: u64,
-) -> [Vec<[Estimate; 3]>; 2] {
+) -> [Vec<[Estimate; 3]>; 3] {
+    light_row(scene, windows, (position, normal), (sky.len(), &|direction| Some(sky.bin_of(direction))), bounces, samples, seed)
+}
+
+/// The same of any parts of the sky: their number, and which of them holds a direction.
+pub fn light_row(
+    scene: &Scene,
+    windows: &[GlazedWindow],
+    (position, normal): (DVec3, DVec3),
+    (parts, part_of): (usize, &dyn Fn(DVec3) -> Option<usize>),
+    bounces: u32,
+    samples: usize,
+    seed: u64,
+) -> [Vec<[Estimate; 3]>; 3] {
     let scene = glazed(scene, windows);
     let others: Vec<_> = scene.windows.iter().filter(|o| !windows.iter().any(|w| w.window.is_in_place_of(o))).cloned().collect();
-    let mut rows = [vec![[Estimate::default(); 3]; sky.len()], vec![[Estimate::default(); 3]; sky.len()]];
+    let mut rows: [_; 3] = std::array::from_fn(|_| vec![[Estimate::default(); 3]; parts]);
     let mut random = Random(seed);
     for _ in 0..samples {
         let mut origin = position;
         let mut direction = random.cosine_direction(normal.normalize());
         let mut weight = [PI; 3];
         let (mut reflections, mut direct) = (0, true);
+        // Whether the first reflection was diffuse; then whether light enters the room, and comes there from the sky or by a
+        // diffuse reflection.
+        let (mut diffuse_first, mut enters, mut plain) = (false, false, true);
         for _ in 0..1000 {
             match meet(&scene, &others, origin, direction) {
                 Met::Window(_) => break,
                 Met::Nothing => {
-                    let patch = sky.bin_of(direction);
-                    for row in &mut rows[..1 + usize::from(direct)] {
-                        (0..3).for_each(|c| row[patch][c].add(weight[c]));
+                    if let Some(part) = part_of(direction) {
+                        for (row, _) in rows.iter_mut().zip([true, direct, enters && plain]).filter(|(_, counts)| *counts) {
+                            (0..3).for_each(|c| row[part][c].add(weight[c]));
+                        }
                     }
                     break;
                 }
@@ -56,8 +73,15 @@ pub fn coefficient_row(
                     if reflections >= bounces {
                         break;
                     }
-                    direct &= matches!(material, MaterialKind::Glass { .. }) && s.direction == direction;
                     origin += direction * distance;
+                    let passes = matches!(material, MaterialKind::Glass { .. }) && s.direction == direction;
+                    if !passes {
+                        diffuse_first = if direct { s.diffuse } else { diffuse_first };
+                        plain = s.diffuse;
+                    } else if windows.iter().any(|w| direction.dot(w.window.frame.z) < 0.0 && lies_on(w, origin)) {
+                        (enters, plain) = (diffuse_first, true);
+                    }
+                    direct &= passes;
                     direction = s.direction;
                     (0..3).for_each(|c| weight[c] *= s.weight[c]);
                 }
@@ -65,4 +89,9 @@ pub fn coefficient_row(
         }
     }
     rows
+}
+
+fn lies_on(glazed: &GlazedWindow, point: DVec3) -> bool {
+    let z = glazed.window.frame.z;
+    glazed.window.triangles.iter().any(|t| intersect(t, point + z, -z).is_some_and(|d| (d - 1.0).abs() < 1e-7))
 }

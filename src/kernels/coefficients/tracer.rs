@@ -20,7 +20,7 @@ pub(super) fn unit(samples: u32) -> f32 {
 }
 
 /// sr per unit of a sum over so many samples.
-fn scale(samples: u32) -> f64 {
+pub(super) fn scale(samples: u32) -> f64 {
     1.0 / (f64::from(unit(samples)) * f64::from(samples))
 }
 
@@ -35,14 +35,14 @@ pub(super) struct Tracer<'d> {
     pub(super) scene: TraceScene,
     pub(super) options: CoefficientOptions,
     sky: ReinhartSky,
-    windows: &'d [GlazedWindow],
+    pub(super) windows: &'d [GlazedWindow],
     direct: Kernel,
     paths: Kernel,
     pub(super) rows: Buffer,
     pub(super) counters: Buffer,
-    components: usize,
+    pub(super) components: usize,
     /// Light paths, where there are any.
-    gathered: Option<Gathered>,
+    pub(super) gathered: Option<Gathered>,
     /// Paths per sensor and batch that look for light by no window.
     scouts: u32,
     /// Whether light may come by no window.
@@ -56,7 +56,10 @@ struct Pass<'k> {
     workgroups: [u32; 3],
 }
 
-/// Sums of one kernel for a tile, sr: `[direct or other][batch][sensor][patch][component]`.
+/// Direct light, other, and other that light paths of suns find as well.
+const PARTS: usize = 3;
+
+/// Sums of one kernel for a tile, sr: `[part][batch][sensor][patch][component]`.
 struct Sums {
     units: Vec<u32>,
     /// sr per unit and sample.
@@ -74,7 +77,7 @@ impl<'d> Tracer<'d> {
     ) -> Result<Self> {
         let components = if tables.features.grey { 1 } else { 3 };
         let constants = [("HAS_GLASS", f64::from(u8::from(tables.features.glass))), ("COMPONENTS", components as f64)];
-        let reflected = !windows.is_empty() && options.light_paths > 0 && options.bounces.is_none_or(|b| b > 1);
+        let reflected = options.has_light_paths(windows);
         Ok(Self {
             device,
             scene: tables.upload(device)?,
@@ -113,7 +116,7 @@ impl<'d> Tracer<'d> {
         Ok(())
     }
 
-    fn receivers(&self, sensors: &[Sensor], first: usize) -> Vec<Receiver> {
+    pub(super) fn receivers(&self, sensors: &[Sensor], first: usize) -> Vec<Receiver> {
         let o = &self.options;
         let corners = || self.windows.iter().flat_map(|w| w.window.triangles.iter().flatten());
         let reach = |s: &Sensor| match self.gathered {
@@ -138,7 +141,7 @@ impl<'d> Tracer<'d> {
 
     /// Of the sums of one kernel.
     pub fn bytes_per_sensor(&self) -> u64 {
-        2 * u64::from(self.options.batches) * (self.sky.len() * self.components * 4) as u64
+        PARTS as u64 * u64::from(self.options.batches) * (self.sky.len() * self.components * 4) as u64
     }
 
     /// One tile of sensors; `first` is the number of its first sensor.
@@ -182,7 +185,7 @@ impl<'d> Tracer<'d> {
 
     /// Cells of the sums of one kernel.
     fn cells(&self, count: usize) -> usize {
-        2 * self.options.batches as usize * count * self.sky.len() * self.components
+        PARTS * self.options.batches as usize * count * self.sky.len() * self.components
     }
 
     /// Parameters of a kernel whose random numbers are those of this purpose.
@@ -204,37 +207,50 @@ impl<'d> Tracer<'d> {
             sky_rows: (self.sky.rows().count() + 1) as u32,
             row_height: self.sky.row_height() as f32,
             bins: self.tables.bins() as u32,
+            first_list: 0,
+            room: samples,
+            sunlit: 2,
+            straight: 0,
             padding: 0,
         }
     }
 
+    /// Runs a kernel of so many invocations and checks that all came to their end.
+    pub(super) fn run(
+        &self,
+        kernel: &Kernel,
+        params: &CoefficientParams,
+        own: &[(&str, &Buffer)],
+        (workgroups, started): ([u32; 3], u64),
+        statistics: &mut TraceStatistics,
+    ) -> Result<()> {
+        let params = self.device.uniform("parameters of coefficients", params)?;
+        self.device.write(&self.counters, &[Counters::default()])?;
+        let all = [own, &[("params", &params), ("counters", &self.counters)]].concat();
+        let bind = kernel.bind(&self.scene.bindings(&all))?;
+        self.device.dispatch(kernel, &bind, workgroups)?;
+        finish_dispatch(self.device, &self.counters, started, kernel.label(), statistics)?;
+        Ok(())
+    }
+
     /// Runs a kernel of one invocation per sample, sensor and batch.
     fn sampled(&self, pass: &Pass<'_>, receivers: &Buffer, looks: &Buffer, statistics: &mut TraceStatistics) -> Result<Sums> {
-        let what = "daylight coefficients";
-        let params = self.device.uniform(what, &pass.params)?;
-        let sums = self.device.zeros::<u32>(what, self.cells(pass.params.sensors as usize))?;
-        self.device.write(&self.counters, &[Counters::default()])?;
-        let own = [
-            ("params", &params),
-            ("sky_rows", &self.rows),
-            ("sums", &sums),
-            ("sensors", receivers),
-            ("looks", looks),
-            ("counters", &self.counters),
-        ];
-        let bind = pass.kernel.bind(&self.scene.bindings(&own))?;
-        self.device.dispatch(pass.kernel, &bind, pass.workgroups)?;
+        let sums = self.device.zeros::<u32>("daylight coefficients", self.cells(pass.params.sensors as usize))?;
+        let own = [("sky_rows", &self.rows), ("sums", &sums), ("sensors", receivers), ("looks", looks)];
         let started = u64::from(pass.params.samples) * u64::from(pass.params.sensors) * u64::from(pass.params.batches);
-        finish_dispatch(self.device, &self.counters, started, what, statistics)?;
+        self.run(pass.kernel, &pass.params, &own, (pass.workgroups, started), statistics)?;
         Ok(Sums { units: self.device.read(&sums)?, scale: scale(pass.params.samples) })
     }
 
     /// Puts the sums of a tile's kernels into their place.
     fn collect(&self, parts: &[Sums], first: usize, count: usize, result: &mut TracedMatrix) {
         let (batches, patches, components) = (self.options.batches as usize, self.sky.len(), self.components);
-        let sum = |part: usize, batch: usize, sensor: usize, patch: usize, c: usize| -> f64 {
-            let cell = (((part * batches + batch) * count + sensor) * patches + patch) * components + c;
-            parts.iter().map(|p| f64::from(p.units[cell]) * p.scale).sum()
+        let cell = |part: usize, batch: usize, sensor: usize, patch: usize, c: usize| {
+            (((part * batches + batch) * count + sensor) * patches + patch) * components + c
+        };
+        let sum = |cells: &[usize]| -> f64 {
+            let of = |p: &Sums| cells.iter().map(|cell| f64::from(p.units[*cell])).sum::<f64>() * p.scale;
+            parts.iter().map(of).sum()
         };
         let mut values = vec![0.0; batches];
         for sensor in 0..count {
@@ -243,12 +259,17 @@ impl<'d> Tracer<'d> {
                     let channels = if components == 1 { 0..3 } else { c..c + 1 };
                     let mut direct_sum = 0.0;
                     for (batch, value) in values.iter_mut().enumerate() {
-                        let direct = sum(0, batch, sensor, patch, c);
-                        *value = direct + sum(1, batch, sensor, patch, c);
+                        let [direct, other, sunlit] = [0, 1, 2].map(|part| cell(part, batch, sensor, patch, c));
+                        let by_suns = sum(&[sunlit]);
+                        let direct = sum(&[direct]);
+                        *value = direct + sum(&[other, sunlit]);
                         direct_sum += direct;
                         if let Some(kept) = result.batches.get_mut(batch) {
                             kept.total.at_mut(first + sensor, patch)[channels.clone()].fill(*value as f32);
                             kept.direct.at_mut(first + sensor, patch)[channels.clone()].fill(direct as f32);
+                            if let Some(kept) = &mut kept.sunlit {
+                                kept.at_mut(first + sensor, patch)[channels.clone()].fill((direct + by_suns).min(*value) as f32);
+                            }
                         }
                     }
                     let (mean, error) = mean_and_error(&values);

@@ -273,7 +273,7 @@ fn compute_in_dispatches(
         if options.keep_batches {
             if part == 0 {
                 let none = || Matrix::zeros(all_bins, sky.len(), 3);
-                batches.push(TracedBatch { total: none(), direct: none() });
+                batches.push(TracedBatch { total: none(), direct: none(), sunlit: None });
             }
             let values = bins * sky.len() * 3;
             let rows = part * values..(part + 1) * values;

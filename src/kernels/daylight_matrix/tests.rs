@@ -321,8 +321,9 @@ fn other_windows_and_the_own_one_absorb() {
     println!("{rows:?}, worst {:.1} standard errors", worst(&d));
     assert!(worst(&d) < 4.0, "{}", worst(&d));
     // Windows as holes, and paths that begin in the plane of their own window.
-    let pass = "if material.kind == 0u { weight = vec3<f32>(1.0); position += direction * (hit.distance + 1e-3); continue; }";
-    let absorbed = "if event.lobe == LOBE_NONE || largest(weight) <= 0.0 ||";
+    let pass =
+        "if material.kind == 0u { (*walk).weight = vec3<f32>(1.0); (*walk).position += direction * (hit.distance + 1e-3); return step; }";
+    let absorbed = "if event.lobe == LOBE_NONE || largest((*walk).weight) <= 0.0 ||";
     for (path, from, to) in [
         ("shared/outside", absorbed, format!("{pass}\n{absorbed}").as_str()),
         (

@@ -293,6 +293,9 @@ impl<'d> ImageTracer<'d> {
             seed,
             room: self.room(),
             started: false,
+            lists: self.tables.bins() as u32,
+            first_list: 0,
+            certain: 0,
         };
         let paths = LightPaths::new(device, &self.tables, &self.scene, &self.light_paths, path_options, None)?;
         for vertex in 0..paths.most_vertices() {

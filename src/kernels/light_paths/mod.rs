@@ -13,7 +13,7 @@ use crate::gpu_struct;
 use crate::kernels::trace::{self, Counters, FAR_AWAY, TraceScene, TraceStatistics, TraceTables, check_finished};
 
 pub(crate) use near::{LOOK_UNITS, LOOKS, NEAR, NearOptions, NearPaths, near_paths};
-pub(crate) use rounds::{Gathering, Rounds, follow, reach};
+pub(crate) use rounds::{Gathering, MOST_LIGHT_BYTES, Rounds, follow, reach};
 pub(crate) use sensors::{beside_surface, check_sensors};
 
 gpu_struct! {
@@ -39,8 +39,14 @@ gpu_struct! {
         pub receivers_high: [f32; 3],
         /// Most diffuse reflections, with those before a path was given.
         pub most_bounces: u32,
-        pub normal: [f32; 3],
+        /// Vertices before roulette begins.
+        pub certain: u32,
+        pub padding0: u32,
+        pub padding1: u32,
         pub padding2: u32,
+        pub normal: [f32; 3],
+        /// Number of the first bin, which chooses its random numbers.
+        pub first_list: u32,
     }
 }
 
@@ -66,7 +72,8 @@ gpu_struct! {
         /// Random pairs used so far.
         pub pairs: u32,
         pub flux: [f32; 3],
-        /// Of given paths: the sky patch that their light comes from, and 65536 times its reflections outside.
+        /// Of given paths: the sky patch or sun that their light comes from, 2^16 times its reflections outside (up to 2^15 - 1),
+        /// and 2^31 if light paths of suns come that way.
         pub label: u32,
     }
 }
@@ -134,6 +141,12 @@ pub(crate) struct LightPathOptions {
     pub room: u32,
     /// Whether [`LightPaths::paths`] is given its starts, rather than paths that leave the windows evenly.
     pub started: bool,
+    /// Lists of paths: bins of all windows, or suns.
+    pub lists: u32,
+    /// Number of the first of them.
+    pub first_list: u32,
+    /// Vertices before roulette begins.
+    pub certain: u32,
 }
 
 /// Light paths of all bins and batches, advanced by one diffuse vertex at a time.
@@ -180,7 +193,7 @@ impl<'a> LightPaths<'a> {
         options: LightPathOptions,
         receivers: Option<&[Receiver]>,
     ) -> Result<Self> {
-        let bins = tables.bins() as u32;
+        let bins = options.lists;
         let total = (options.batches * bins * options.paths) as usize;
         let vertex_lights = device.zeros::<VirtualLight>("virtual lights of a vertex", total)?;
         let lights = device.zeros::<VirtualLight>("virtual lights", (options.batches * bins * options.room) as usize)?;
@@ -253,6 +266,8 @@ impl<'a> LightPaths<'a> {
             vertex,
             last: u32::from(vertex + 1 == self.most_vertices()),
             batches: o.batches,
+            first_list: o.first_list,
+            certain: o.certain,
             started: u32::from(o.started),
             most_bounces: if o.started { o.bounces.map_or(u32::MAX, |b| b.saturating_sub(1)) } else { u32::MAX },
             ..self.culling

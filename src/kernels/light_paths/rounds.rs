@@ -7,7 +7,7 @@ use crate::kernels::trace::{TraceScene, TraceStatistics, TraceTables, stream_see
 use glam::DVec3;
 
 /// Virtual lights of one round, at most, bytes.
-const MOST_LIGHT_BYTES: u64 = 1 << 27;
+pub(crate) const MOST_LIGHT_BYTES: u64 = 1 << 27;
 /// Lights that are wanted within a sensor's near radius, see [`reach`].
 const LIGHTS_NEARBY: f64 = 60.0;
 
@@ -38,11 +38,12 @@ impl Rounds {
 pub(crate) trait Gathering {
     /// Puts the starts of the paths in their place, if they do not start from the windows evenly.
     fn start(&self, paths: &LightPaths<'_>, seed: u32, statistics: &mut TraceStatistics) -> Result<()>;
-    /// Connects the lights of a vertex.
+    /// Connects the lights of the last vertices.
     fn gather(&self, paths: &LightPaths<'_>, seed: u32, statistics: &mut TraceStatistics) -> Result<()>;
 }
 
-/// Follows all rounds of light paths; `stage` is told the part done.
+/// Follows all rounds of light paths; `stage` is told the part done. Lights of as many vertices are connected together as
+/// there is room for all paths of a round.
 ///
 /// # Errors
 /// If the device fails or loses paths, or `stage` stops.
@@ -58,16 +59,22 @@ pub(crate) fn follow(
     statistics: &mut TraceStatistics,
     stage: &dyn Fn(f64) -> Result<()>,
 ) -> Result<()> {
+    let together = (options.room / options.paths).max(1);
     for round in 0..rounds.rounds {
         // The first round has the seed itself, so that small scenes do not depend on rounds.
         let seed = if round == 0 { options.seed } else { stream_seed(options.seed, round, 0x726f_756e) };
-        let path_options = LightPathOptions { paths: rounds.paths, room: rounds.paths, seed, ..options };
+        let path_options = LightPathOptions { paths: rounds.paths, room: rounds.paths * together, seed, ..options };
         let paths = LightPaths::new(device, tables, scene, kernels, path_options, Some(receivers))?;
         gathering.start(&paths, seed, statistics)?;
         for vertex in 0..paths.most_vertices() {
-            paths.forget()?;
+            if vertex % together == 0 {
+                paths.forget()?;
+            }
             let go_on = paths.advance(vertex, statistics)?;
-            gathering.gather(&paths, stream_seed(seed, vertex, 0x6761_7468), statistics)?;
+            // After so many vertices, whatever their lights: what is found of a list depends on no other.
+            if !go_on || (vertex + 1) % together == 0 || vertex + 1 == paths.most_vertices() {
+                gathering.gather(&paths, stream_seed(seed, vertex / together, 0x6761_7468), statistics)?;
+            }
             // The first vertices carry most of the light and most of the work.
             let part = f64::from(round) + 1.0 - 0.5f64.powi(vertex as i32 + 1);
             stage(part / f64::from(rounds.rounds))?;

@@ -45,6 +45,7 @@ pub use options::SunOptions;
 pub use result::SunMatrix;
 pub use sensors::compute;
 pub use sun::Sun;
+pub(crate) use tracer::SunRecord;
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<crate::gpu::Shader> {

@@ -40,6 +40,18 @@ gpu_struct! {
     }
 }
 
+impl SunRecord {
+    pub(crate) fn new(sun: &Sun, number: usize) -> Self {
+        Self {
+            direction: sun.direction.as_vec3().normalize().to_array(),
+            chord: sun.chord() as f32,
+            solid_angle: sun.solid_angle() as f32,
+            number: number as u32,
+            ..Self::default()
+        }
+    }
+}
+
 /// What shaders of suns share.
 pub(super) const STRUCTS: &[Declared] = &[SunRecord::DECLARED, SunVertex::DECLARED, Gate::DECLARED, Receiver::DECLARED];
 
@@ -136,14 +148,7 @@ impl<'d> SunTracer<'d> {
             _ => None,
         };
         let gates = openings.gates(&tables.normalization);
-        let record = |(i, s): (usize, &Sun)| SunRecord {
-            direction: s.direction.as_vec3().normalize().to_array(),
-            chord: s.chord() as f32,
-            solid_angle: s.solid_angle() as f32,
-            number: i as u32,
-            ..SunRecord::default()
-        };
-        let records: Vec<SunRecord> = suns.iter().enumerate().map(record).collect();
+        let records: Vec<SunRecord> = suns.iter().enumerate().map(|(i, s)| SunRecord::new(s, i)).collect();
         let (none, no_gate, no_pane) = ([SunRecord::default()], [Gate::default()], [PaneSun::default()]);
         let of_panes = panes.as_ref().map(|p| &p.suns[..]).filter(|s| !s.is_empty()).unwrap_or(&no_pane);
         Ok(Self {

@@ -65,6 +65,8 @@ pub struct TracedBatch {
     pub total: Matrix<f32>,
     /// Only what arrives directly.
     pub direct: Matrix<f32>,
+    /// Of daylight coefficients: what arrives directly or in a way that light paths of suns have too.
+    pub sunlit: Option<Matrix<f32>>,
 }
 
 /// A matrix, its part without diffuse reflections, and its standard error, all of one shape.

@@ -55,7 +55,7 @@ impl Values {
     /// As [`pass`](Self::pass).
     pub fn pass_traced(&mut self, traced: &mut TracedMatrix, rows: &Range<usize>) -> Result<()> {
         self.pass_work(&mut traced.statistics)?;
-        let batches = traced.batches.iter_mut().flat_map(|b| [&mut b.total, &mut b.direct]);
+        let batches = traced.batches.iter_mut().flat_map(|b| [&mut b.total, &mut b.direct].into_iter().chain(b.sunlit.as_mut()));
         let all = [&mut traced.total, &mut traced.direct, &mut traced.standard_error].into_iter().chain(batches);
         all.into_iter().try_for_each(|part| self.pass_rows(part, rows.clone()))
     }

@@ -63,7 +63,17 @@ impl ViewTracer<'_> {
         let sums = self.device.zeros::<f32>("gathered view matrix", cells)?;
         let gathering = ToSensors { tracer: self, sensors, count: receivers.len(), sums };
         let paths = self.rounds.paths;
-        let options = LightPathOptions { paths, batches: o.batches, bounces: o.bounces, seed: o.seed, room: paths, started: false };
+        let options = LightPathOptions {
+            paths,
+            batches: o.batches,
+            bounces: o.bounces,
+            seed: o.seed,
+            room: paths,
+            started: false,
+            lists: self.tables.bins() as u32,
+            first_list: 0,
+            certain: 0,
+        };
         let scene = (&self.tables, &self.scene);
         let stage = |part: f64| stage(0.2 + 0.8 * part);
         follow(self.device, scene, &self.light_paths, options, self.rounds, receivers, &gathering, statistics, &stage)?;

@@ -125,7 +125,7 @@ pub fn compute(
     let tracer = ViewTracer::new(device, windows, tables, options)?;
     let bins = tracer.tables.bins();
     let (rows, batches) = (sensors.len(), options.batches as usize);
-    let empty = TracedBatch { total: Matrix::zeros(rows, bins, 3), direct: Matrix::zeros(rows, bins, 3) };
+    let empty = TracedBatch { total: Matrix::zeros(rows, bins, 3), direct: Matrix::zeros(rows, bins, 3), sunlit: None };
     let mut result = TracedMatrix {
         total: Matrix::zeros(rows, bins, 3),
         direct: Matrix::zeros(rows, bins, 3),

@@ -19,6 +19,9 @@ const ALMOST_ALL: f64 = 0.95;
 /// Surfaces that are named one by one; the others are counted.
 const MOST_NAMED: usize = 20;
 
+/// A cut takes as long as so many looks.
+const CUT: usize = 16;
+
 /// A triangle of a window, front into the room.
 pub(super) struct Opening {
     pub(super) base: Base,
@@ -88,7 +91,7 @@ impl Scene {
                     vec![part]
                 };
                 // A wall with thousands of openings falls into thousands of parts.
-                pairs.add(parts.len())?;
+                pairs.add(CUT * parts.len())?;
                 parts = parts.into_iter().flat_map(cut).collect();
             }
             triangles.extend(parts.into_iter().map(|vertices| Triangle { vertices, ..*triangle }));

@@ -92,7 +92,7 @@ fn fan(polygon: &[DVec3]) -> impl Iterator<Item = [DVec3; 3]> {
 pub(crate) fn grid_of(count: usize, [low, high]: [DVec2; 2]) -> [usize; 2] {
     let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
     let lengthened = |columns: &usize| (size.x / size.y * (count / columns) as f64 / *columns as f64).ln().abs();
-    let columns = (1..=count).filter(|c| count % c == 0).min_by(|a, b| lengthened(a).total_cmp(&lengthened(b))).unwrap_or(1);
+    let columns = (1..=count).filter(|c| count.is_multiple_of(*c)).min_by(|a, b| lengthened(a).total_cmp(&lengthened(b))).unwrap_or(1);
     [columns, count / columns]
 }
 

@@ -1,6 +1,7 @@
 //! Everything a project names, read and checked against each other before any computing.
 
 pub mod counting;
+pub mod division;
 pub(crate) mod filling;
 mod given_sky;
 pub(crate) mod glazing;

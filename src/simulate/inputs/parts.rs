@@ -13,76 +13,24 @@
 
 mod look;
 
-use self::look::Look;
+use self::look::{Look, MOST_OF_AUTO};
 use super::Inputs;
+use super::division::{Division, WHOLE_ALL_THE_SAME};
 use crate::error::{Error, Result};
 use crate::kernels::daylight_matrix::{DaylightOptions, unobstructed};
 use crate::scene::windows::parts::grid_of;
 use crate::simulate::project::parts::MOST_PARTS;
 use crate::simulate::project::{Parts, Project, WindowSection};
-use serde::{Deserialize, Serialize};
 
 /// Bytes of V and D, with their replicates, that `parts = "auto"` may come to, and that any division may.
 const BYTES_OF_AUTO: f64 = 2e9;
 const MOST_BYTES: f64 = 16e9;
 /// Bytes on disk that pictures' V may come to by `"auto"`.
 const PICTURES_OF_AUTO: f64 = 8e9;
-/// Parts of a window that `"auto"` may come to.
-const MOST_OF_AUTO: usize = 64;
 /// Error of a year's light that `"auto"` leaves if it can, whatever the target: what a first look can tell, and what
 /// nobody sees.
 const LEAST_LIMIT: f64 = 0.0025;
 const MOST_LIMIT: f64 = 0.005;
-
-/// How a window is divided, and why.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Division {
-    /// What the project asks for.
-    #[serde(skip)]
-    pub asked: Parts,
-    /// Columns and rows over the rectangle that holds the window.
-    pub grid: [usize; 2],
-    /// Parts: fields of the grid in which the window has an area.
-    pub count: usize,
-    /// Why, for people.
-    pub because: String,
-    /// By what a year's light at the worst sensor (without sensors, at the worst eye) would be wrong if V and D were
-    /// averaged over the whole window, relative, as a first look estimates it; absent if none was taken.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error_of_whole: Option<f64>,
-    /// The same with these parts.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error_left: Option<f64>,
-}
-
-impl Default for Division {
-    fn default() -> Self {
-        Self { asked: Parts::default(), grid: [1, 1], count: 1, because: String::new(), error_of_whole: None, error_left: None }
-    }
-}
-
-impl Division {
-    /// What a section asks for, undivided yet.
-    pub(super) fn of(section: &WindowSection) -> Self {
-        Self { asked: section.parts, ..Self::default() }
-    }
-
-    /// Whether it is whole though its parts may differ, and nobody looked.
-    pub fn is_doubtful(&self) -> bool {
-        self.because == WHOLE_ALL_THE_SAME
-    }
-
-    /// The parts in words, nothing of a whole window: `32 parts, 4 × 8`.
-    pub fn describe(&self) -> Option<String> {
-        let [columns, rows] = self.grid;
-        (columns * rows > 1).then(|| format!("{} parts, {columns} × {rows}", self.count))
-    }
-}
-
-/// Of a window that is not divided.
-const WHOLE_ALL_THE_SAME: &str = "something stands before it, and V and D are averages over the whole: 'lucarne plan' says what that \
-                                  changes, parts = \"auto\" divides it";
 
 /// Why a window cannot or need not be divided, if that is known without a look.
 fn whole_because(project: &Project, inputs: &Inputs, window: usize) -> Option<&'static str> {

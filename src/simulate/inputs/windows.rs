@@ -1,8 +1,8 @@
 //! Windows with their transmission, their states, and what the sun is traced through.
 
+use super::division::Division;
 use super::filling::{Filled, checked, in_colour};
 use super::import::Imported;
-use super::parts::Division;
 use super::shade::Shade;
 use crate::bsdf::{self, Component};
 use crate::error::{Error, Result, Warnings};

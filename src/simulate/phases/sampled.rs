@@ -183,6 +183,7 @@ fn coefficient_source<'a>(context: &Context<'a>, glazed: &'a [GlazedWindow], sen
         inputs: fingerprint,
         shape: (sensors.len(), sky.len()),
         keep_direct: true,
+        has_sunlit: options(0).sun_paths.is_some(),
         trace: Box::new(move |round, progress: &dyn Progress| {
             meter.measure(|s| &mut s.view, || coefficients::compute(device, &inputs.scene, glazed, sensors, sky, &options(round), progress))
         }),
@@ -206,6 +207,7 @@ fn view_source<'a>(context: &Context<'a>, windows: &'a [Window], sensors: &'a [S
         inputs: fingerprint,
         shape: (sensors.len(), inputs.bins()),
         keep_direct: direct,
+        has_sunlit: false,
         trace: Box::new(move |round, progress: &dyn Progress| {
             meter.measure(|s| &mut s.view, || view_matrix::compute(device, &inputs.scene, windows, sensors, &options(round), progress))
         }),
@@ -232,6 +234,7 @@ fn daylight_source<'a>(context: &Context<'a>, number: usize, meter: &'a Meter) -
         inputs: fingerprint,
         shape: (window.bins(), sky.len()),
         keep_direct: direct,
+        has_sunlit: false,
         trace: Box::new(move |round, progress: &dyn Progress| {
             meter.measure(
                 |s| &mut s.daylight,

@@ -1,6 +1,7 @@
-//! Cds: the sun matrix of sensors.
+//! Cds: the sun matrix of sensors. Behind glass it has the light that rooms reflect of the suns as well.
 
 use crate::error::{Error, Result};
+use crate::kernels::coefficients::{CoefficientOptions, compute_suns};
 use crate::kernels::sun_matrix::{Openings, SunMatrix, compute};
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
@@ -9,7 +10,7 @@ use crate::simulate::context::Context;
 use crate::simulate::inputs::shade::black_model;
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::inputs::{SensorGroup, import, split};
-use crate::simulate::plan::presets::{pane_options, sun_options};
+use crate::simulate::plan::presets::{coefficient_options, pane_options, sun_options};
 use crate::simulate::store::fingerprint::Fingerprint;
 
 /// Where the sun comes in.
@@ -40,6 +41,15 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
     for (window, _) in &panes {
         fingerprint.add(&(&window.triangles, &window.frame)).add(&pane_options(project));
     }
+    // What panes of glass let in, surfaces reflect: by light paths of the suns.
+    let glazed = if way == Way::Anywhere { inputs.glazed() } else { Vec::new() };
+    let lights = CoefficientOptions { keep_batches: false, ..coefficient_options(project, 0) };
+    if way == Way::Anywhere {
+        fingerprint.add(&lights);
+        for glazed in &glazed {
+            fingerprint.add(&(&glazed.window.triangles, glazed.window.frame.z, glazed.pane));
+        }
+    }
     add_scattering_data(context, &mut fingerprint)?;
     for shade in inputs.shades() {
         fingerprint.add(&shade.scene.materials).add_values(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
@@ -56,7 +66,9 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
     let scene = black_model(&inputs.scene, inputs.shades());
     let stage = context.store.stage("C", fingerprint, context.progress);
     let mut matrix = if way == Way::Anywhere {
-        compute(context.device, &scene, Openings::Anywhere, &sensors, &suns.suns, &options, &stage)?
+        let mut matrix = compute(context.device, &scene, Openings::Anywhere, &sensors, &suns.suns, &options, &stage)?;
+        matrix.add(&compute_suns(context.device, &inputs.scene, &glazed, &sensors, &suns.suns, &lights, &stage)?);
+        matrix
     } else if shaded.is_empty() {
         SunMatrix::zeros(sensors.len(), suns.suns.len())
     } else {

@@ -25,6 +25,8 @@ const RGB: usize = 12;
 const DAYLIGHT_SEGMENTS: f64 = 2.2;
 /// Rays counted for each of the light paths of V.
 const LIGHT_PATH_SEGMENTS: f64 = 1.5;
+/// Rays outside for each light path of a sun: most take one, the others a path and the rays to the sun from it.
+const SUN_START_SEGMENTS: f64 = 1.5;
 /// Rays of C for each path of a sensor's own, those outside windows included.
 const COEFFICIENT_SEGMENTS: f64 = 4.4;
 /// Rays of V for each path that looks for near surfaces and mirrors.
@@ -306,6 +308,15 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
         let scatters = inputs.windows.iter().any(|w| w.shade.is_some() && w.glass.is_none());
         let each = if scatters { SENSOR_TO_SUN.rays(o.disc_samples, o.paths) } else { SENSOR_TO_BARE_SUN.rays(o.disc_samples, 1) };
         rays += pairs * f64::from(o.batches) * each;
+    }
+    let lights = coefficient_options(project, 0);
+    if let Some(own) = lights.sun_paths.filter(|_| inputs.choice(project).direct) {
+        // Light paths of the suns, each with a ray or a path outside; rays to the lights of four vertices together.
+        let lives = Lives::new(inputs, lights.bounces, lights.roulette_weight);
+        let paths = suns as f64 * f64::from(lights.batches) * f64::from(own);
+        let gathered = (lives.most_vertices(paths) / 4.0).ceil();
+        rays += paths * (LIGHT_PATH_SEGMENTS + SUN_START_SEGMENTS);
+        rays += pairs * f64::from(lights.batches) * f64::from(lights.visibility_rays) * gathered;
     }
     if inputs.windows.iter().any(|w| w.pane.is_some()) {
         let p = pane_options(project);

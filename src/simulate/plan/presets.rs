@@ -1,10 +1,12 @@
 //! What the presets of `[quality]` mean in samples.
 
 use crate::kernels::coefficients::CoefficientOptions;
+use crate::kernels::coefficients::LEAST_SUN_PATHS;
 use crate::kernels::daylight_matrix::DaylightOptions;
 use crate::kernels::image_matrix::ImageOptions;
 use crate::kernels::sun_matrix::SunOptions;
 use crate::kernels::sun_matrix::pixels::PixelOptions;
+use crate::kernels::view_matrix::MOST_LIGHT_PATHS;
 use crate::kernels::view_matrix::ViewOptions;
 use crate::simulate::inputs::Inputs;
 use crate::simulate::project::quality::Stop;
@@ -85,8 +87,20 @@ pub(crate) fn coefficient_options(project: &Project, round: u32) -> CoefficientO
         near_samples: samples(own * standard.near_samples, quality),
         seed: seed(project, 0, round),
         first_round: round == 0,
+        sun_paths: sun_paths(project),
         ..standard
     }
+}
+
+/// Light paths of each sun, and batch, to sensors behind glass. As [`sun_options`], whatever the rounds.
+fn sun_paths(project: &Project) -> Option<u32> {
+    let paths = match project.quality.preset {
+        Preset::Draft => 32,
+        Preset::Standard => 128,
+        Preset::Final => 256,
+    };
+    let has_room = project.method.bounces.is_none_or(|b| b > 1) && !project.windows.is_empty();
+    has_room.then(|| ((f64::from(paths) * sun_scale(project)) as u32).clamp(LEAST_SUN_PATHS, MOST_LIGHT_PATHS))
 }
 
 /// Sampling of D of the `window`-th window.

@@ -226,30 +226,6 @@ pub const SECTIONS: &[Section] = &[
         ],
     },
     Section {
-        name: "metrics",
-        repeated: false,
-        meaning: "What is made of the year, and which hours count. Left out: all metrics, LM-83's hours.",
-        keys: &[
-            key("occupancy", "`lm-83`, `en-17037`, or path: CSV with 0 or 1 per hour", "`lm-83`", "Hours of DA, cDA and UDI."),
-            key(
-                "metrics",
-                "list of `autonomy`, `exposure`, `lm-83`, `leed`, `en-17037`, `daylight-factor`, `vertical`, `glare`",
-                "all",
-                "What is wanted.",
-            ),
-            key("autonomy", "lx", "300", "Illuminance of DA and cDA."),
-            key("useful", "three rising numbers, lx", "[100, 300, 3000]", "Limits of UDI's four bands."),
-            key(
-                "daylight_saving",
-                "two days: `[\"03-29\", \"10-25\"]`",
-                "standard time",
-                "Clocks are an hour ahead from the first until before the second.",
-            ),
-            key("openings", "`side`, `roof`", "`side`", "Table of EN 17037: A.1, or A.2 for horizontal openings."),
-            key("median_diffuse", "lx", "of the weather", "Median diffuse illuminance outdoors of EN 17037's method 1."),
-        ],
-    },
-    Section {
         name: "images",
         repeated: false,
         meaning: "Pictures of hours.",
@@ -347,6 +323,8 @@ mod tests {
             .flat_map(|s| s.keys.iter().map(|k| (s.name.to_string(), k.name.to_string())))
             .chain(SECTIONS.iter().map(|s| (String::new(), s.name.to_string())))
             .collect();
+        let count: usize = SECTIONS.iter().map(|s| s.keys.len() + 1).sum();
+        assert_eq!(described.len(), count, "a section or key stands twice");
         let folder = tempfile::tempdir().unwrap();
         for file in ["a.wea", "r.rad", "w.rad", "b.xml", "m.mtx"] {
             std::fs::write(folder.path().join(file), "").unwrap();

@@ -61,7 +61,7 @@ pub struct SensorSummary {
 /// Failures of the multiplier's device and of the file system.
 pub(crate) fn light_at_sensors(context: &Context<'_>, made: &Made<'_>) -> Result<Matrix<f32>> {
     let (light, multiplier, inputs) = (made.at_sensors, made.multiplier, context.inputs);
-    let (total, direct) = (made.sampled.view.total(), made.sampled.view.direct());
+    let (total, direct) = (made.sampled.view.total(), made.sampled.view.mean_replaced());
     let receivers = light.receivers(&total, &direct, inputs.differences());
     let mut lux = light.over_the_year(&illuminance(multiplier, &receivers, &light.right)?);
     let Some(suns) = made.suns else { return Ok(lux) };

@@ -63,8 +63,8 @@ impl<'m> Deviations<'m> {
     pub(crate) fn new(chain: &'m Chain<'m>, light: &'m Light) -> Self {
         let lit = |sky: &Matrix<f32>| select_columns(sky, &light.hours);
         let skies = Skies { whole: lit(chain.sky), sun: chain.sun.map(lit) };
-        let (total, direct) = (chain.view.total(), chain.view.direct());
-        let mean_direct = mean_of(&chain.view.direct);
+        let (total, direct) = (chain.view.total(), chain.view.mean_replaced());
+        let mean_direct = mean_of(chain.view.replaced());
         // Differences of noise have either sign.
         let rows = |total: &Matrix<f32>, direct: &Matrix<f32>| light.receivers(total, direct, Differences::Noisy);
         let mean = rows(&mean_of(&chain.view.replicates), &mean_direct);
@@ -72,7 +72,7 @@ impl<'m> Deviations<'m> {
             0 | 1 => Vec::new(),
             n => (0..n)
                 .map(|r| {
-                    let own = rows(&chain.view.replicates[r], chain.view.direct.get(r).unwrap_or(&mean_direct));
+                    let own = rows(&chain.view.replicates[r], chain.view.replaced().get(r).unwrap_or(&mean_direct));
                     own.less(&mean)
                 })
                 .collect(),

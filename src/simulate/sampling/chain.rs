@@ -124,7 +124,8 @@ impl<'m> Chain<'m> {
         if self.sun.is_none() {
             return whole;
         }
-        let direct = of(&self.view.direct[replicate.min(self.view.direct.len() - 1)]);
+        let replaced = self.view.replaced();
+        let direct = of(&replaced[replicate.min(replaced.len() - 1)]);
         whole.iter().zip(&direct).map(|(all, direct)| less(*all, *direct)).chain(direct.iter().copied()).collect()
     }
 

@@ -78,6 +78,7 @@ fn found(case: &Case<'_>, seeds: u32) -> Found {
             inputs: Fingerprint::new(case.name),
             shape: case.shape,
             keep_direct: false,
+            has_sunlit: false,
             trace: Box::new(move |round, _| Ok((case.trace)(stream_seed(seed, round, 0x636f_7665) << 8 | round.min(255)))),
             exact: None,
         };
@@ -282,7 +283,7 @@ fn drawn(mean: f64, seed: u32) -> TracedMatrix {
             }
             let doubt = if is_first(seed) { crate::kernels::trace::doubt::pattern(0, 8)[batch as usize] } else { 0.0 };
             // Half a hit of all eight batches.
-            TracedBatch { total: one(hits + doubt * 0.5f64.sqrt() / 8.0), direct: one(0.0) }
+            TracedBatch { total: one(hits + doubt * 0.5f64.sqrt() / 8.0), direct: one(0.0), sunlit: None }
         })
         .collect();
     let statistics = TraceStatistics { paths: 8, segments: 8 };

@@ -4,7 +4,7 @@
 //! that: whatever is linear in the matrix has as many independent values as there are replicates.
 
 use crate::error::Result;
-use crate::kernels::trace::TracedMatrix;
+use crate::kernels::trace::{TracedBatch, TracedMatrix};
 use crate::matrix::Matrix;
 use crate::simulate::inputs::import::Imported;
 use crate::statistics::variance_of_mean;
@@ -16,6 +16,8 @@ pub struct Estimate {
     pub replicates: Vec<Matrix<f32>>,
     /// The same of its direct part where they are needed, else their mean alone.
     pub direct: Vec<Matrix<f32>>,
+    /// The same of what traced suns stand for, where that is more than the direct part.
+    pub sunlit: Vec<Matrix<f32>>,
     /// Rounds so far.
     pub rounds: u32,
     /// Rays so far.
@@ -71,7 +73,7 @@ impl From<Imported> for Estimate {
 impl Estimate {
     /// Nothing yet.
     pub fn none() -> Self {
-        Self { replicates: Vec::new(), direct: Vec::new(), rounds: 0, rays: 0, spread: Spread::default() }
+        Self { replicates: Vec::new(), direct: Vec::new(), sunlit: Vec::new(), rounds: 0, rays: 0, spread: Spread::default() }
     }
 
     /// A matrix that was not sampled, and its direct part.
@@ -81,9 +83,14 @@ impl Estimate {
 
     /// One round.
     pub(crate) fn of_round(traced: TracedMatrix, keep_direct: bool) -> Self {
-        let (replicates, direct): (Vec<_>, Vec<_>) = traced.batches.into_iter().map(|b| (b.total, b.direct)).unzip();
+        let mut sunlit = Vec::new();
+        let keep = |b: TracedBatch| {
+            sunlit.extend(b.sunlit);
+            (b.total, b.direct)
+        };
+        let (replicates, direct): (Vec<_>, Vec<_>) = traced.batches.into_iter().map(keep).unzip();
         let direct = if keep_direct { direct } else { vec![mean_of(&direct)] };
-        Self { replicates, direct, rounds: 1, rays: traced.statistics.segments, spread: Spread::default() }
+        Self { replicates, direct, sunlit, rounds: 1, rays: traced.statistics.segments, spread: Spread::default() }
     }
 
     /// Adds a round. Means are rounded to f32 after each, so that one read back from its file goes on
@@ -95,6 +102,7 @@ impl Estimate {
         }
         let n = f64::from(self.rounds);
         let pairs = self.replicates.iter_mut().zip(&round.replicates).chain(self.direct.iter_mut().zip(&round.direct));
+        let pairs = pairs.chain(self.sunlit.iter_mut().zip(&round.sunlit));
         for (mean, new) in pairs {
             for (m, &v) in mean.data_mut().iter_mut().zip(new.data()) {
                 *m = ((f64::from(*m) * n + f64::from(v)) / (n + 1.0)) as f32;
@@ -111,14 +119,25 @@ impl Estimate {
 
     /// What arrives direct, never more than the whole; as it was given if it was not sampled.
     pub fn direct(&self) -> Matrix<f32> {
-        let mut direct = mean_of(&self.direct);
-        if self.rounds == 0 {
-            return direct;
+        self.part(&self.direct)
+    }
+
+    /// Estimates of the part that traced suns stand for: the direct part, or more.
+    pub fn replaced(&self) -> &[Matrix<f32>] {
+        if self.sunlit.is_empty() { &self.direct } else { &self.sunlit }
+    }
+
+    /// Their mean, never more than the whole.
+    pub fn mean_replaced(&self) -> Matrix<f32> {
+        self.part(self.replaced())
+    }
+
+    fn part(&self, estimates: &[Matrix<f32>]) -> Matrix<f32> {
+        let mut part = mean_of(estimates);
+        if self.rounds > 0 {
+            part.data_mut().iter_mut().zip(self.total().data()).for_each(|(p, t)| *p = p.min(*t));
         }
-        for (d, t) in direct.data_mut().iter_mut().zip(self.total().data()) {
-            *d = d.min(*t);
-        }
-        direct
+        part
     }
 
     /// Standard error of each entry.
@@ -129,25 +148,31 @@ impl Estimate {
         Matrix::from_data(first.rows(), first.cols(), first.components(), data).expect("the shape of the replicates")
     }
 
-    /// Everything in one matrix, for a file: replicates, then the direct part, one below the other.
+    /// Everything in one matrix, for a file: replicates, the direct part, what suns stand for, one below the other.
     pub(crate) fn stacked(&self) -> Result<Matrix<f32>> {
         let first = &self.replicates[0];
-        let all = self.replicates.iter().chain(&self.direct);
+        let all = self.replicates.iter().chain(&self.direct).chain(&self.sunlit);
         let data: Vec<f32> = all.flat_map(|m| m.data()).copied().collect();
-        Matrix::from_data(first.rows() * (self.replicates.len() + self.direct.len()), first.cols(), first.components(), data)
+        Matrix::from_data(
+            first.rows() * (self.replicates.len() + self.direct.len() + self.sunlit.len()),
+            first.cols(),
+            first.components(),
+            data,
+        )
     }
 
     /// The inverse of [`stacked`](Self::stacked) for matrices of so many `rows`, `direct` of them
-    /// the direct part.
-    pub(crate) fn unstacked(stacked: &Matrix<f32>, rows: usize, direct: usize, rounds: u32, rays: u64) -> Result<Self> {
+    /// the direct part and `sunlit` what suns stand for.
+    pub(crate) fn unstacked(stacked: &Matrix<f32>, rows: usize, [direct, sunlit]: [usize; 2], rounds: u32, rays: u64) -> Result<Self> {
         let values = rows * stacked.cols() * stacked.components();
         let mut parts = stacked
             .data()
             .chunks_exact(values.max(1))
             .map(|part| Matrix::from_data(rows, stacked.cols(), stacked.components(), part.to_vec()))
             .collect::<Result<Vec<_>>>()?;
+        let sunlit = parts.split_off(parts.len().saturating_sub(sunlit));
         let direct = parts.split_off(parts.len().saturating_sub(direct));
-        Ok(Self { replicates: parts, direct, rounds, rays, spread: Spread::default() })
+        Ok(Self { replicates: parts, direct, sunlit, rounds, rays, spread: Spread::default() })
     }
 }
 
@@ -173,7 +198,7 @@ pub(crate) fn mean_of(matrices: &[Matrix<f32>]) -> Matrix<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernels::trace::{TraceStatistics, TracedBatch};
+    use crate::kernels::trace::TraceStatistics;
 
     #[test]
     fn deviations_that_cancel_leave_no_light() {
@@ -185,7 +210,7 @@ mod tests {
 
     fn traced(totals: [f32; 2], direct: [f32; 2]) -> TracedMatrix {
         let one = |v: f32| Matrix::from_data(1, 1, 1, vec![v]).unwrap();
-        let batches = totals.iter().zip(direct).map(|(&t, d)| TracedBatch { total: one(t), direct: one(d) }).collect();
+        let batches = totals.iter().zip(direct).map(|(&t, d)| TracedBatch { total: one(t), direct: one(d), sunlit: None }).collect();
         let statistics = TraceStatistics { paths: 10, segments: 20 };
         TracedMatrix { total: one(0.0), direct: one(0.0), standard_error: one(0.0), batches, statistics }
     }
@@ -199,7 +224,7 @@ mod tests {
         // Replicates 3 and 2.
         assert_eq!((e.total().data(), e.standard_error().data()), (&[2.5][..], &[0.5][..]));
         assert_eq!((e.direct().data(), e.rounds, e.rays), (&[0.45][..], 2, 40));
-        let back = Estimate::unstacked(&e.stacked().unwrap(), 1, 2, 2, 40).unwrap();
+        let back = Estimate::unstacked(&e.stacked().unwrap(), 1, [2, 0], 2, 40).unwrap();
         assert_eq!(back, e);
         let mut mean_only = Estimate::none();
         mean_only.add(Estimate::of_round(traced([1.0, 3.0], [0.5, 0.7]), false));

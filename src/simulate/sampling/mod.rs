@@ -25,6 +25,8 @@ pub(crate) struct Source<'a> {
     pub shape: (usize, usize),
     /// Whether every replicate's direct part is kept.
     pub keep_direct: bool,
+    /// Whether its batches tell what traced suns stand for.
+    pub has_sunlit: bool,
     /// Traces the round of this number, with batches.
     pub trace: Box<dyn Fn(u32, &dyn Progress) -> Result<TracedMatrix> + 'a>,
     /// What is known without sampling.
@@ -232,7 +234,7 @@ impl<'s, 'a> State<'s, 'a> {
             if let Stop::Adaptive { target: Some(target), .. } = stop {
                 more.push(format!("{TARGET}={target}"));
             }
-            let about = "independent replicates, one below the other, then the same of the direct part";
+            let about = "independent replicates, one below the other, then the same of the direct part, then of what traced suns stand for";
             store.save_with(&file_name(&source.name), &estimate.stacked()?, source.inputs, about, &more)?;
             let spread = &estimate.spread;
             if spread.rounds > 0 {
@@ -283,8 +285,12 @@ fn load_one(source: &Source<'_>, number: usize, stop: Stop, store: &Store) -> Op
     let rows = source.shape.0;
     let parts = m.rows().checked_div(rows)?;
     let sound = allowed && own > 0 && m.cols() == source.shape.1 && m.components() == 3 && m.rows() == parts * rows && parts >= 2;
-    let direct = if source.keep_direct { parts / 2 } else { 1 };
-    let mut estimate = Estimate::unstacked(m, rows, direct, own, rays).ok()?;
+    let of_each = match (source.keep_direct, source.has_sunlit) {
+        (true, true) => [parts / 3; 2],
+        (true, false) => [parts / 2, 0],
+        (false, _) => [1, 0],
+    };
+    let mut estimate = Estimate::unstacked(m, rows, of_each, own, rays).ok()?;
     if let Stop::Adaptive { .. } = stop {
         match load_spread(source, own, estimate.replicates.len(), store) {
             Some(spread) => estimate.spread = spread,

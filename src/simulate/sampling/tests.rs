@@ -11,7 +11,7 @@ fn traced(truth: f32, noise: f32, source: u32, round: u32, rays: u64) -> TracedM
     let batches = (0..8)
         .map(|batch| {
             let random = crate::kernels::trace::stream_seed(source, round * 8 + batch, 0x7465_7374) as f32 / u32::MAX as f32;
-            TracedBatch { total: one(truth + noise * (random - 0.5)), direct: one(0.0) }
+            TracedBatch { total: one(truth + noise * (random - 0.5)), direct: one(0.0), sunlit: None }
         })
         .collect();
     let statistics = TraceStatistics { paths: rays, segments: rays };
@@ -29,6 +29,7 @@ fn sources<'a>(left: &'a AtomicU32) -> Vec<Source<'a>> {
             inputs: Fingerprint::new(name),
             shape: (1, 1),
             keep_direct: false,
+            has_sunlit: false,
             trace: Box::new(move |round, _| {
                 if left.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |n| n.checked_sub(1)).is_err() {
                     return Err(cancelled());

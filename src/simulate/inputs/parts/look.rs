@@ -10,19 +10,21 @@
 #[cfg(test)]
 pub(super) mod truth;
 
-use super::{Inputs, MOST_OF_AUTO};
 use crate::bins::ReinhartSky;
 use crate::bvh::Caster;
 use crate::progress::Silent;
 use crate::random::Random;
 use crate::scene::points::Sensor;
 use crate::scene::{MaterialKind, Scene, Window};
+use crate::simulate::inputs::Inputs;
 use crate::simulate::project::Project;
 use crate::sky::{SkyOptions, sky_matrix};
 use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+/// Parts of a window that `"auto"` may come to.
+pub(super) const MOST_OF_AUTO: usize = 64;
 /// Cells along each side of a window where there are at most so many windows; more get no look.
 const CELLS: [(usize, usize); 3] = [(8, 32), (64, 16), (512, 8)];
 /// Rays of D per bin and cell.
@@ -245,7 +247,7 @@ impl Surroundings {
     }
 
     /// Luminance that comes to a point before the windows from a direction; windows send nothing.
-    fn from_outside(&self, mut origin: DVec3, mut direction: DVec3, reflections: usize, random: &mut Random) -> f64 {
+    fn luminance_outside(&self, mut origin: DVec3, mut direction: DVec3, reflections: usize, random: &mut Random) -> f64 {
         let mut weight = 1.0;
         for _ in 0..=reflections {
             let met = self.met(origin, direction, 1e-6);
@@ -352,7 +354,7 @@ impl Behind {
                 let point = opening.point(u, v);
                 let direction = -window.frame.to_world(window.basis.direction(bin, a, b));
                 let (sum, rays) = &mut found[behind.cell(window, point)];
-                *sum += surroundings.from_outside(point + start, direction, OUTSIDE, &mut random);
+                *sum += surroundings.luminance_outside(point + start, direction, OUTSIDE, &mut random);
                 *rays += 1.0;
             }
             found

@@ -167,3 +167,15 @@ fn the_plan_says_what_parts_remove_and_what_a_whole_window_costs() {
     let division = planned(room(folder.path(), REVEAL, CLEAR, 1)).inputs.windows[0].division.clone();
     assert!(division.is_doubtful() && division.because.contains("parts = \"auto\" divides it"), "{division:?}");
 }
+
+#[test]
+fn windows_that_face_each_other_are_divided_each_for_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let inputs = planned(room(folder.path(), YARD, CLEAR, [2, 3])).inputs;
+    let counts: Vec<usize> = inputs.windows.iter().map(|w| w.parts.len()).collect();
+    assert_eq!((counts, inputs.bins(), inputs.mean_parts(), inputs.scene.windows.len()), (vec![6, 6], 12 * 145, 6, 12));
+    // Each window has its own parts in its place, and none of the other's.
+    for window in &inputs.windows {
+        assert_eq!(inputs.scene.windows.iter().filter(|part| window.window.is_in_place_of(part)).count(), 6);
+    }
+}

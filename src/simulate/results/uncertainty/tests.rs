@@ -46,7 +46,7 @@ fn made_up(rows: usize, cols: usize, seed: u32) -> Estimate {
     let matrix = |batch: u32, part: u32, scale: f32| {
         Matrix::from_data(rows, cols, 3, (0..rows * cols * 3).map(|i| scale * value(batch, i, part)).collect()).unwrap()
     };
-    let batches: Vec<_> = (0..8).map(|b| TracedBatch { total: matrix(b, 0, 1.0), direct: matrix(b, 100, 0.3) }).collect();
+    let batches: Vec<_> = (0..8).map(|b| TracedBatch { total: matrix(b, 0, 1.0), direct: matrix(b, 100, 0.3), sunlit: None }).collect();
     estimate(&batches)
 }
 

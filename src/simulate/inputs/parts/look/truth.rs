@@ -104,6 +104,6 @@ impl Truth<'_> {
         }
         let incident = sums.iter().position(|s| pick * all < *s).unwrap_or(sums.len() - 1);
         let from = -frame.to_world(self.inputs.windows[number].window.basis.direction(incident, random.next(), turn));
-        all * self.around.from_outside(point - frame.z * 1e-6, from, 24, random)
+        all * self.around.luminance_outside(point - frame.z * 1e-6, from, 24, random)
     }
 }

@@ -22,9 +22,10 @@ impl Room {
         let counting = Counting::of_steps(&MetricsSection::default(), year, diffuse, None, true).unwrap();
         let noise = Noise::new(0, true, student_95(1000));
         let errors: Vec<f32> = (0..8760).map(|h| if is_day(&h) { error as f32 } else { 0.0 }).collect();
+        let sky_error = [error as f32];
         let sensor = |lux: f64| {
             let row = (0..8760).map(|h| if is_day(&h) { lux } else { 0.0 }).collect();
-            let sky = Row { lux: vec![factor * crate::sky::cie::OUTDOORS], directions: vec![&errors[..1]] };
+            let sky = Row { lux: vec![factor * crate::sky::cie::OUTDOORS], directions: vec![&sky_error] };
             SensorSample::new(&counting, &noise, &Row { lux: row, directions: vec![&errors] }, &sky)
         };
         let sensors: Vec<SensorSample> = lux.into_iter().map(sensor).collect();
