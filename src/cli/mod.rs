@@ -57,7 +57,7 @@ enum Verb {
     /// Luminance as colours with a legend, from a picture (as falsecolor).
     Falsecolor(falsecolor::Args),
     /// Discomfort glare of pictures: DGP, UGR and others (as evalglare).
-    Glare(glare::Args),
+    Glare(Box<glare::Args>),
     /// GPU devices of this machine, the preferred one first.
     Devices(devices::Args),
     /// All keys of a project file, with their values and defaults.
@@ -93,7 +93,7 @@ pub fn main() -> ExitCode {
         Verb::Metrics(args) => metrics::run(&args),
         Verb::Report(args) => report::run(args, &mut warnings),
         Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
-        Verb::Glare(args) => glare::run(args, &mut warnings),
+        Verb::Glare(args) => glare::run(*args, &mut warnings),
         Verb::Keys(args) => keys::run(args, &mut warnings),
         Verb::Devices(args) => devices::run(args, &mut warnings),
         Verb::View(args) => viewer::run(args),

@@ -25,8 +25,7 @@ impl Lines {
     }
 
     fn from_bytes(mut bytes: &[u8]) -> Option<Self> {
-        let mut lines = Self::default();
-        lines.failed = number(&mut bytes)?;
+        let mut lines = Self { failed: number(&mut bytes)?, ..Self::default() };
         for text in [&mut lines.table, &mut lines.sources, &mut lines.parts] {
             let length = usize::try_from(number(&mut bytes)?).ok()?;
             let (own, rest) = bytes.split_at_checked(length)?;
