@@ -394,7 +394,7 @@ fn a_full_disk_is_reported() {
         .output()
         .unwrap();
     let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert_eq!(output.status.code(), Some(5), "{message}");
     assert!(message.contains("lucarne: error: ") && message.contains("space left"), "{message}");
 }
 

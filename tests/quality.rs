@@ -10,10 +10,11 @@ use lucarne::Warnings;
 use lucarne::gpu::Device;
 use lucarne::matrix::Matrix;
 use lucarne::matrix::file::read_matrix;
-use lucarne::progress::{Progress, Silent};
+use lucarne::progress::{Progress, Silent, cancelled};
 use lucarne::simulate::project::Preset;
 use lucarne::simulate::{Inputs, Project, Summary, run, without_pruning};
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
@@ -118,15 +119,22 @@ fn a_sweep_measures_error_against_time() {
     let folder = tempfile::tempdir().unwrap();
     let knobs = vec![Knob::Samples(1.0 / 64.0), Knob::Samples(0.25), Knob::Sky(1, 1.0 / 64.0)];
     let sweep = Sweep { device: &device, project: &project, inputs: &inputs, folder: folder.path(), knobs };
+    // Stopped when all settings are measured: the next sweep measures none of them again.
+    let stopped = sweep.run(&Silent, &mut Warnings::new(), &mut |_, _| Err(cancelled()));
+    assert!(stopped.is_err_and(|e| e.to_string().contains("stopped")));
     let mut asked = 0;
+    let stages = Stages::default();
     let points = sweep
-        .run(&Silent, &mut Warnings::new(), &mut |reference, _| {
+        .run(&stages, &mut Warnings::new(), &mut |reference, _| {
             asked += 1;
             assert_eq!(reference.project.method.sky.map(|sky| sky.subdivision()), Some(4));
             Ok(Vec::new())
         })
         .unwrap();
     assert_eq!((points.len(), asked), (3, 1));
+    let stages = stages.0.into_inner().unwrap();
+    assert!(!stages.iter().any(|s| s.starts_with("samples 1/") || s.starts_with("sky")), "{stages:?}");
+    assert!(stages.iter().any(|s| s.starts_with("warming up")), "{stages:?}");
     let error = |i: usize| points[i].illuminance.unwrap().hourly;
     eprintln!("1/64: {:.2} %, 1/4: {:.2} %, a coarse sky: {:.2} %", 100.0 * error(0), 100.0 * error(1), 100.0 * error(2));
     // Fewer samples are worse by the root of their number, or more; a coarse sky spreads the sun.
@@ -142,6 +150,16 @@ fn a_sweep_measures_error_against_time() {
     let stopped = sweep.run(&StopAfter(AtomicUsize::new(8)), &mut Warnings::new(), &mut |_, _| Ok(Vec::new()));
     assert!(stopped.is_err_and(|e| e.to_string().contains("stopped")));
     assert!(!folder.path().join("run").exists());
+}
+
+/// Remembers the names of all stages.
+#[derive(Default)]
+struct Stages(Mutex<Vec<String>>);
+
+impl Progress for Stages {
+    fn update(&self, stage: &str, _: f64) {
+        self.0.lock().unwrap().push(stage.to_string());
+    }
 }
 
 /// Stops after so many updates.

@@ -1,6 +1,7 @@
 //! `lucarne glare`: discomfort glare of pictures, as CSV.
 
 mod kept;
+mod tables;
 
 use super::progress;
 use super::view::ViewOptions;
@@ -8,7 +9,7 @@ use clap::ValueEnum;
 use kept::{Kept, Lines};
 use lucarne::camera::{Raster, View};
 use lucarne::files;
-use lucarne::glare::statistics::{Part, Statistics};
+use lucarne::glare::statistics::Part;
 use lucarne::glare::{
     self, Analyser, Background, Convention, DgpModel, FieldOfView, Glare, PixelGeometry, PositionIndex, Settings, TaskArea, Threshold,
 };
@@ -17,11 +18,11 @@ use lucarne::units::SUN_DIAMETER_DEG;
 use lucarne::{Error, Result, Warnings};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
+use tables::{HEADER, Measured, PART_HEADER, SOURCE_HEADER, part_line, picture_line, quoted, source_lines};
 
 /// Options; single letters mean what they mean in evalglare.
 #[derive(clap::Args)]
@@ -119,14 +120,6 @@ enum Positions {
     Evalglare,
     Exact,
 }
-
-/// First line of the table of pictures.
-const HEADER: &str = "file,dgp,dgi,ugr,vcp,cgi,ugp,ev_lux,average_luminance,background_luminance,sources";
-/// First line of the table of sources.
-const SOURCE_HEADER: &str = "file,source,pixels,x,y,luminance,peak_luminance,solid_angle_sr,position_index,sigma_deg,tau_deg,illuminance_lux,contrast,direction_x,direction_y,direction_z,is_peak";
-
-/// First line of the table of zones and the band.
-const PART_HEADER: &str = "file,part,pixels,solid_angle_sr,average_luminance,standard_deviation,least,median,percentile_75,percentile_95,greatest,illuminance_lux";
 
 /// One picture: a file, or one part of a file.
 struct Job {
@@ -345,12 +338,6 @@ fn analyse(job: &Job, args: &Args, settings: &Settings, views: &Views, warnings:
     Ok((glare, measured))
 }
 
-/// Statistics of a part of a picture.
-struct Measured {
-    name: &'static str,
-    statistics: Statistics,
-}
-
 /// What is to be measured: its name in the table, its option.
 fn parts(args: &Args) -> Vec<(&'static str, &'static str, Part)> {
     let area = |v: &[f64], opening_angle: f64| TaskArea { x: v[0], y: v[1], opening_angle };
@@ -361,16 +348,6 @@ fn parts(args: &Args) -> Vec<(&'static str, &'static str, Part)> {
         parts.push(("zone 2", "-L", Part::Ring(v[2], area(v, v[3]))));
     }
     parts
-}
-
-fn part_line(name: &str, measured: &Measured, out: &mut String) {
-    let s = &measured.statistics;
-    let [least, median, three_quarters, most, greatest] = s.quantiles;
-    let _ = writeln!(
-        out,
-        "{name},{},{},{:.8},{:.6},{:.6},{least:.6},{median:.6},{three_quarters:.6},{most:.6},{greatest:.6},{:.6}",
-        measured.name, s.pixels, s.solid_angle, s.average, s.standard_deviation, s.illuminance
-    );
 }
 
 fn analyser(view: &View, picture: &Picture, settings: &Settings, name: &str, warnings: &mut Warnings) -> Result<Analyser> {
@@ -390,47 +367,4 @@ fn analyser(view: &View, picture: &Picture, settings: &Settings, name: &str, war
     let analyser = Analyser::new(Arc::new(geometry), settings.clone())?;
     analyser.doubts().into_iter().for_each(|doubt| warnings.push(doubt.file(name)));
     Ok(analyser)
-}
-
-fn picture_line(name: &str, glare: &Glare) -> String {
-    let i = &glare.indices;
-    let numbers =
-        [i.dgp, i.dgi, i.ugr, i.vcp, i.cgi, i.ugp, glare.vertical_illuminance, glare.average_luminance, glare.background_luminance];
-    let mut line = name.to_string();
-    for n in numbers {
-        let _ = write!(line, ",{n:.6}");
-    }
-    let _ = writeln!(line, ",{}", glare.sources.len());
-    line
-}
-
-fn source_lines(name: &str, glare: &Glare, settings: &Settings, out: &mut String) {
-    let contrast_of = |s: &glare::Source| settings.dgp.contrast_of((s.luminance, s.solid_angle, s.position_index));
-    let whole: f64 = glare.sources.iter().map(contrast_of).sum();
-    for (n, s) in glare.sources.iter().enumerate() {
-        let share = if whole > 0.0 { contrast_of(s) / whole } else { 0.0 };
-        let [dx, dy, dz] = s.direction;
-        let _ = writeln!(
-            out,
-            "{name},{},{},{:.3},{:.3},{:.6},{:.6},{:.10},{:.6},{:.6},{:.6},{:.6},{:.6},{dx:.6},{dy:.6},{dz:.6},{}",
-            n + 1,
-            s.pixels.len(),
-            s.x,
-            s.y,
-            s.luminance,
-            s.peak_luminance,
-            s.solid_angle,
-            s.position_index,
-            s.sigma,
-            s.tau,
-            s.illuminance,
-            share * glare.indices.contrast,
-            u8::from(s.is_peak)
-        );
-    }
-}
-
-/// A field of a CSV file.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
 }

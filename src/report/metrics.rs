@@ -30,15 +30,7 @@ pub(super) fn section(results: &Results) -> Section {
     if !named.rows.is_empty() {
         parts.push(Part::Table(named));
     }
-    let mut notes: Vec<String> = Vec::new();
-    for metric in &all {
-        for note in &metric.notes {
-            let line = format!("{}: {note}", metric.title);
-            if !notes.contains(&line) {
-                notes.push(line);
-            }
-        }
-    }
+    let notes = notes(&all);
     if !notes.is_empty() {
         parts.push(Part::Heading("Notes".into()));
         parts.push(Part::Notes(notes));
@@ -49,6 +41,35 @@ pub(super) fn section(results: &Results) -> Section {
     Section { title, parts }
 }
 
+/// Titles of a note before it says how many more there are.
+const MOST_TITLES: usize = 2;
+
+/// Every note once, with what it is about.
+fn notes(all: &[&Metric]) -> Vec<String> {
+    let mut found: Vec<(&String, Vec<String>)> = Vec::new();
+    for metric in all {
+        let title = words(metric.title.split(':').next().unwrap_or_default());
+        for note in &metric.notes {
+            match found.iter_mut().find(|(text, _)| *text == note) {
+                Some((_, titles)) if titles.contains(&title) => {}
+                Some((_, titles)) => titles.push(title.clone()),
+                None => found.push((note, vec![title.clone()])),
+            }
+        }
+    }
+    let line = |(note, titles): (&String, Vec<String>)| {
+        let more = titles.len().saturating_sub(MOST_TITLES);
+        let more = if more == 0 { String::new() } else { format!(" and {more} more") };
+        format!("{note} ({}{more})", titles[..titles.len().min(MOST_TITLES)].join("; "))
+    };
+    found.into_iter().map(line).collect()
+}
+
+/// A name of a column as words.
+pub(super) fn words(name: &str) -> String {
+    name.replace('_', " ")
+}
+
 fn row(metric: &Metric, confidence: f64) -> Vec<String> {
     let (factor, unit) = if metric.unit == "share" { (100.0, "%") } else { (1.0, metric.unit.as_str()) };
     let value = metric.value.map_or("–".to_string(), |v| {
@@ -57,7 +78,7 @@ fn row(metric: &Metric, confidence: f64) -> Vec<String> {
     let chance = metric.probability_of_another_class.filter(|_| metric.undecided);
     vec![
         metric.of.clone(),
-        metric.title.clone(),
+        words(&metric.title),
         value,
         metric.class.clone().unwrap_or_default(),
         chance.map_or(String::new(), |p| format!("{} for another class", percent(p))),
@@ -68,6 +89,15 @@ fn row(metric: &Metric, confidence: f64) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_note_of_many_metrics_stands_once() {
+        let metric = |title: &str| Metric::new("m", title, "share", "guide").note("3650 h").note("24 sensors");
+        let all = [metric("autonomy_300_lx, mean"), metric("UDI: x"), metric("cDA"), metric("cDA")];
+        let all: Vec<&Metric> = all.iter().collect();
+        assert_eq!(notes(&all)[0], "3650 h (autonomy 300 lx, mean; UDI and 1 more)");
+        assert_eq!(notes(&all).len(), 2);
+    }
 
     #[test]
     fn what_noise_leaves_open_is_marked() {

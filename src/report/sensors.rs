@@ -1,5 +1,6 @@
 //! What the sensors tell: heat maps, the course of the year, a table of the groups.
 
+use super::metrics::words;
 use super::parts::{Figure, Part, Section, Table, percent, with_interval};
 use super::plan::HeatMap;
 use crate::error::Result;
@@ -173,7 +174,7 @@ fn spread(group: &Sensors) -> Table {
             () if name.starts_with("sun_hours_") => format!("{} h", rounded_number(v)),
             () => percent(v),
         };
-        table.rows.push(vec![name.clone(), text(values[0]), text(values[values.len() / 2]), text(values[values.len() - 1]), text(error)]);
+        table.rows.push(vec![words(name), text(values[0]), text(values[values.len() / 2]), text(values[values.len() - 1]), text(error)]);
     }
     table
 }

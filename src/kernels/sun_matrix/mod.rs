@@ -31,6 +31,7 @@ pub(crate) mod reference;
 mod result;
 mod sensors;
 mod shade_cells;
+mod shade_sums;
 #[cfg(test)]
 mod shade_tests;
 mod shades;

@@ -1,7 +1,8 @@
 //! What suns bring to receivers, and how sure it is.
 
-use crate::kernels::trace::TraceStatistics;
+use crate::error::Result;
 use crate::kernels::trace::doubt::{ENOUGH_HITS, half_a_hit};
+use crate::kernels::trace::{TraceStatistics, Values};
 use crate::matrix::Matrix;
 
 /// Sun matrix of some receivers. All matrices are `[receiver][sun]`, RGB, sr.
@@ -45,6 +46,14 @@ impl SunMatrix {
         each(&mut self.shared_error, &other.shared_error, f32::hypot);
         self.statistics.paths += other.statistics.paths;
         self.statistics.segments += other.statistics.segments;
+    }
+
+    /// What a unit of work leaves behind, of these rows.
+    pub(super) fn pass(&mut self, rows: &[usize], values: &mut Values) -> Result<()> {
+        for matrix in [&mut self.total, &mut self.direct, &mut self.own_error, &mut self.shared_error] {
+            rows.iter().try_for_each(|&row| values.pass_rows(matrix, row..row + 1))?;
+        }
+        Ok(())
     }
 
     /// Standard error of `total`.

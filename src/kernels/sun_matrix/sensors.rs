@@ -14,7 +14,7 @@ use super::{direct, paths};
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{TraceStatistics, Values, unit};
+use crate::kernels::trace::{TraceStatistics, unit};
 use crate::progress::{Progress, cancelled};
 use crate::scene::Scene;
 use crate::scene::points::Sensor;
@@ -68,34 +68,24 @@ pub fn compute(
                 let tile = Tile { receivers: &buffer, numbers: &numbers, batch_stride: 0 };
                 add_tile(&tracer, &tile, rows, scatters, result, statistics)
             };
-            unit(progress, &format!("sensors {rows:?}"), &mut state, &mut make, &|state, values| pass(state, rows, values))?;
+            unit(progress, &format!("sensors {rows:?}"), &mut state, &mut make, &|(result, statistics), values| {
+                values.pass_work(statistics)?;
+                result.pass(rows, values)
+            })?;
             done += chunk.count;
         }
     }
     if let Some((shades, _)) = &shades {
         let records: Vec<Receiver> = shared.iter().map(|i| receivers[*i]).collect();
-        let mut make =
-            |(result, statistics): &mut (SunMatrix, TraceStatistics)| shades.light(&shared, &records, result, progress, statistics);
-        unit(progress, "shades", &mut state, &mut make, &|state, values| pass(state, &shared, values))?;
+        shades.light(&shared, &records, &mut state.0, progress, &mut state.1)?;
     }
     if let Some(panes) = PaneLight::new(&tracer)? {
-        let mut make = |(result, statistics): &mut (SunMatrix, TraceStatistics)| panes.add(&receivers, result, progress, statistics);
-        let all: Vec<usize> = (0..sensors.len()).collect();
-        unit(progress, "panes", &mut state, &mut make, &|state, values| pass(state, &all, values))?;
+        state = panes.add(&receivers, state, progress)?;
     }
     let (mut result, statistics) = state;
     result.statistics = statistics;
     progress.update("sun matrix", 1.0);
     Ok(result)
-}
-
-/// What a unit of work leaves behind, of these rows.
-fn pass((result, statistics): &mut (SunMatrix, TraceStatistics), rows: &[usize], values: &mut Values) -> Result<()> {
-    values.pass_work(statistics)?;
-    for matrix in [&mut result.total, &mut result.direct, &mut result.own_error, &mut result.shared_error] {
-        rows.iter().try_for_each(|&row| values.pass_rows(matrix, row..row + 1))?;
-    }
-    Ok(())
 }
 
 /// Adds what the receivers of a tile, which belong into these rows, get directly and by paths of their own.

@@ -15,12 +15,13 @@ use super::options::{ScatteredBy, SunOptions};
 use super::paths::{self, Gathered, Lists, VertexList};
 use super::result::{Hits, SunMatrix, mean_and_variance};
 use super::shade_cells::{self, Cells, ShadeCell, strided};
+use super::shade_sums::{Sums, add_light, mean_of_open};
 use super::tracer::{MOST_PAIRS, STRUCTS, SunTracer, SunVertex, Tile};
 use crate::error::Result;
 use crate::gpu::{Buffer, Kernel, Plan, Shader, allowed};
 use crate::gpu_struct;
 use crate::kernels::light_paths::Receiver;
-use crate::kernels::trace::{self, TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed, unit};
 use crate::progress::{Progress, cancelled};
 use rayon::prelude::*;
 
@@ -64,24 +65,6 @@ pub(super) struct Shades<'t, 'd> {
     cells: Cells,
     /// Of each set and batch.
     points: u32,
-}
-
-/// What a tile of receivers gets.
-struct Sums {
-    /// `[batch][receiver][set][component, then points that found light][sun of the set]`
-    values: Vec<f32>,
-    /// `[receiver][set]`: what points would bring if nothing hid the sun, and their number.
-    open: Vec<[f64; 2]>,
-    receivers: usize,
-    sets: usize,
-    row: usize,
-}
-
-impl Sums {
-    fn of(&mut self, batch: usize) -> &mut [f32] {
-        let size = self.receivers * self.sets * self.row;
-        &mut self.values[batch * size..][..size]
-    }
 }
 
 impl<'t, 'd> Shades<'t, 'd> {
@@ -149,17 +132,29 @@ impl<'t, 'd> Shades<'t, 'd> {
         let steps = (batches * receivers.len().div_ceil(most)) as f64;
         for (tile, (some, rows)) in receivers.chunks(most).zip(rows.chunks(most)).enumerate() {
             let values = vec![0.0; batches * some.len() * sets * row];
-            let mut sums = Sums { values, open: vec![[0.0; 2]; some.len() * sets], receivers: some.len(), sets, row };
+            let sums = Sums { values, open: vec![[0.0; 2]; some.len() * sets], receivers: some.len(), sets, row };
+            let mut state = (sums, *statistics);
             for batch in 0..batches {
                 progress.update("light of shades", (tile * batches + batch) as f64 / steps);
                 if progress.stop_requested() {
                     return Err(cancelled());
                 }
-                self.add_points(some, &cells, batch, &mut sums, statistics)?;
+                let mut make = |(sums, statistics): &mut (Sums, TraceStatistics)| self.add_points(some, &cells, batch, sums, statistics);
+                unit(progress, &format!("shades, tile {tile}, batch {batch}"), &mut state, &mut make, &|(sums, statistics), values| {
+                    values.pass_work(statistics)?;
+                    values.pass(sums.of(batch))?;
+                    values.pass(&mut sums.open)
+                })?;
             }
             if self.tracer.tables.features.glass {
-                self.add_reflected(some, &mut sums, statistics)?;
+                let mut make = |(sums, statistics): &mut (Sums, TraceStatistics)| self.add_reflected(some, sums, statistics);
+                unit(progress, &format!("shades in panes, tile {tile}"), &mut state, &mut make, &|(sums, statistics), values| {
+                    values.pass_work(statistics)?;
+                    values.pass(&mut sums.values)
+                })?;
             }
+            let sums = state.0;
+            *statistics = state.1;
             self.reduce(&sums, rows, result);
         }
         Ok(())
@@ -369,22 +364,6 @@ impl<'t, 'd> Shades<'t, 'd> {
             }
         }
     }
-}
-
-/// Mean over the suns that a point faces.
-fn mean_of_open(open: &[f32]) -> f64 {
-    let (sum, count) = open.iter().filter(|v| **v > 0.0).fold((0.0, 0), |(sum, count), v| (sum + f64::from(*v), count + 1));
-    sum / f64::from(count.max(1))
-}
-
-/// Adds a point's light through a link, and counts it.
-fn add_light(sums: &mut [f32], link: &[f32], light: &[f32], suns: usize) {
-    for (c, link) in link.iter().enumerate() {
-        let part = c * suns..(c + 1) * suns;
-        sums[part.clone()].iter_mut().zip(&light[part]).for_each(|(sum, v)| *sum += link * v);
-    }
-    let hits = link.len() * suns..(link.len() + 1) * suns;
-    sums[hits.clone()].iter_mut().zip(&light[hits]).for_each(|(sum, v)| *sum += v.min(1.0));
 }
 
 /// Points of each set and batch: so many that they cost no more than paths of so many receivers would. A point

@@ -334,7 +334,7 @@ mod tests {
         let text = "[weather]\nsite = [46, 11, 15]\n[[moment]]\nname = \"n\"\nsky = \"cie clear\"\ndate = \"03-21T12:00\"\n\
                     [scene]\nfiles = [\"r.rad\"]\n[[window]]\nname = \"w\"\nsurface = \"w.rad\"\nbsdf = \"b.xml\"\n\
                     [[sensors]]\nname = \"s\"\npoints = \"p.txt\"\n[[view]]\nname = \"v\"\nfile = \"v.vf\"\n\
-                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[metrics]\n[images]\n[method]\n[quality]\n[metrics]\n[output]\n";
+                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[metrics]\n[images]\n[method]\n[quality]\n[output]\n";
         let file = folder.path().join("p.toml");
         let asked = asked_keys(|| super::super::Project::parse(&file, text).map(|_| ()).unwrap());
         let without: Vec<_> = asked.difference(&described).collect();

@@ -207,10 +207,13 @@ fn names_used_twice_are_refused() {
 #[test]
 fn names_that_are_no_file_names_are_refused() {
     let named = |name: &str| GOOD.replace("name = \"workplane\"", &format!("name = '{name}'"));
-    for bad in ["../up", "a/b", "a\\b", "C:x", ".hidden", "", " ", "end.", "end ", "nul", "CON.x", "Com1", "new\u{1}line", "a*b"] {
+    for bad in ["../up", "a/b", "a\\b", "C:x", ".hidden", "end.", "end ", "nul", "CON.x", "Com1", "new\u{1}line", "a*b"] {
         let told = complaint(&named(bad));
         // TOML itself refuses what cannot be seen.
         assert!(told.contains("cannot be part of a file name") || told.contains("invalid literal string"), "{bad:?}: {told}");
+    }
+    for empty in ["", " "] {
+        assert!(complaint(&named(empty)).contains("this text is empty"), "{empty:?}");
     }
     for good in ["desk 1", "Büro", "a.b-c_d", "console", "com"] {
         assert!(read(&named(good)).is_ok(), "{good}");

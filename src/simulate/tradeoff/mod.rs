@@ -10,12 +10,14 @@
 //! | `dgp_error` | distance of DGP in lit hours, root mean square over all views |
 
 mod knobs;
+mod parts;
 mod report;
 
 pub use knobs::{Knob, knobs};
 pub use report::{Choice, front, recommended, write};
 
 use self::knobs::{finest, rebase};
+use self::parts::{Named, Wide};
 use crate::bins::ReinhartSky;
 use crate::error::{Error, Result, Warnings};
 use crate::files::journal::Journal;
@@ -379,33 +381,6 @@ fn distance(found: &Matrix<f32>, reference: &Matrix<f32>) -> (f64, f64) {
         v.get(v.len() / 2).copied().unwrap_or(0.0)
     };
     (median(hourly), median(annual))
-}
-
-/// Some parts of a whole at once: first, how many, of how many.
-struct Wide<'a>(&'a dyn Progress, usize, usize, usize);
-
-impl Progress for Wide<'_> {
-    fn update(&self, stage: &str, fraction: f64) {
-        self.0.update(stage, (self.1 as f64 + fraction.clamp(0.0, 1.0) * self.2 as f64) / self.3 as f64);
-    }
-
-    fn stop_requested(&self) -> bool {
-        self.0.stop_requested()
-    }
-}
-
-/// Names the setting in front of every stage. Stages of a run follow each other without end; that they
-/// go on is all that is told.
-struct Named<'a>(&'a dyn Progress, &'a str);
-
-impl Progress for Named<'_> {
-    fn update(&self, stage: &str, fraction: f64) {
-        self.0.update(&format!("{}: {stage}", self.1), fraction);
-    }
-
-    fn stop_requested(&self) -> bool {
-        self.0.stop_requested()
-    }
 }
 
 #[cfg(test)]

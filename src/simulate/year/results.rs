@@ -83,7 +83,13 @@ impl Surroundings {
                 let names = year.summary.windows.iter().map(|w| &w.name).filter(own);
                 states.extend(names.map(|name| (name.clone(), section.states[1..].to_vec())));
             }
-            windows.extend(read_surfaces(&project, section, &mut warnings)?);
+            let mut of_section = read_surfaces(&project, section, &mut warnings)?;
+            // As the results call them.
+            let single = of_section.len() == 1;
+            for window in &mut of_section {
+                window.name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
+            }
+            windows.extend(of_section);
         }
         let direct = project.choice(&glazing(&project)?).direct;
         for section in &project.sensors {

@@ -9,9 +9,10 @@ use crate::kernels::light_paths::Receiver;
 use crate::kernels::sun_matrix::links::{Points, links};
 use crate::kernels::sun_matrix::result::{SunMatrix, mean_and_variance};
 use crate::kernels::sun_matrix::tracer::{STRUCTS, SunRecord, SunTracer, SunVertex, Tile};
-use crate::kernels::trace::{self, TraceStatistics, stream_seed};
+use crate::kernels::trace::{self, TraceStatistics, stream_seed, unit};
 use crate::progress::{Progress, cancelled};
 use glam::Vec3;
+use std::ops::Range;
 
 gpu_struct! {
     /// Parameters of the pane kernels (`sun_matrix/pane.wgsl`).
@@ -262,41 +263,64 @@ impl<'t, 'd> PaneLight<'t, 'd> {
         self.tracer.device.read(&self.ends(&params, points, [&suns.suns, &suns.pane_suns], statistics)?)
     }
 
-    /// Adds what receivers get to a result, whose rows they are.
+    /// Adds what receivers get to a result, whose rows they are, and the work to what was done before.
     pub fn add(
         &self,
         receivers: &[Receiver],
-        result: &mut SunMatrix,
+        mut state: (SunMatrix, TraceStatistics),
         progress: &dyn Progress,
-        statistics: &mut TraceStatistics,
-    ) -> Result<()> {
+    ) -> Result<(SunMatrix, TraceStatistics)> {
         let suns = self.chunks_of_suns()?;
         let rows = self.tiles(receivers.len(), suns.rows_per_chunk(), 0)?;
         let steps = (self.tables.active.len() * receivers.len()).max(1) as f64;
-        let batches = self.tracer.options.batches as usize;
         let mut done = 0usize;
         for sun_chunk in suns.chunks() {
-            let at_cells = self.suns_at_cells(sun_chunk.first, sun_chunk.count, statistics)?;
+            let at_cells = self.suns_at_cells(sun_chunk.first, sun_chunk.count, &mut state.1)?;
             for chunk in rows.chunks() {
                 progress.update("sun matrix through panes", done as f64 / steps);
                 if progress.stop_requested() {
                     return Err(cancelled());
                 }
-                let some = &receivers[chunk.first..][..chunk.count];
-                let numbers: Vec<u32> = some.iter().map(|r| r.number).collect();
-                let buffer = self.tracer.device.upload("receivers", some)?;
-                let tile = Tile { receivers: &buffer, numbers: &numbers, batch_stride: 0 };
-                let sums = self.gather(&at_cells, &tile, progress, statistics)?;
-                for (sun, column) in self.active(sun_chunk.first, sun_chunk.count).iter().enumerate() {
-                    for row in 0..chunk.count {
-                        for c in 0..3 {
-                            let value = |batch: usize| sums[((batch * sun_chunk.count + sun) * chunk.count + row) * 3 + c];
-                            let [mean, variance] = mean_and_variance((0..batches).map(|b| f64::from(value(b))));
-                            result.add_scattered(chunk.first + row, *column, c, mean, [0.0, variance]);
-                        }
-                    }
-                }
+                let range = chunk.first..chunk.first + chunk.count;
+                let columns = self.active(sun_chunk.first, sun_chunk.count);
+                let mut make = |(result, statistics): &mut (SunMatrix, TraceStatistics)| {
+                    self.add_tile(receivers, range.clone(), (&at_cells, columns), result, progress, statistics)
+                };
+                let name = format!("panes, sensors {range:?}, suns from {}", sun_chunk.first);
+                unit(progress, &name, &mut state, &mut make, &|(result, statistics), values| {
+                    values.pass_work(statistics)?;
+                    result.pass(&range.clone().collect::<Vec<_>>(), values)
+                })?;
                 done += chunk.count * sun_chunk.count;
+            }
+        }
+        Ok(state)
+    }
+
+    /// Adds what some of the receivers get of the suns of these columns.
+    fn add_tile(
+        &self,
+        receivers: &[Receiver],
+        range: Range<usize>,
+        (suns, columns): (&SunsAtPanes, &[usize]),
+        result: &mut SunMatrix,
+        progress: &dyn Progress,
+        statistics: &mut TraceStatistics,
+    ) -> Result<()> {
+        let batches = self.tracer.options.batches as usize;
+        let (first, count) = (range.start, range.len());
+        let some = &receivers[range];
+        let numbers: Vec<u32> = some.iter().map(|r| r.number).collect();
+        let buffer = self.tracer.device.upload("receivers", some)?;
+        let tile = Tile { receivers: &buffer, numbers: &numbers, batch_stride: 0 };
+        let sums = self.gather(suns, &tile, progress, statistics)?;
+        for (sun, column) in columns.iter().enumerate() {
+            for row in 0..count {
+                for c in 0..3 {
+                    let value = |batch: usize| sums[((batch * suns.count + sun) * count + row) * 3 + c];
+                    let [mean, variance] = mean_and_variance((0..batches).map(|b| f64::from(value(b))));
+                    result.add_scattered(first + row, *column, c, mean, [0.0, variance]);
+                }
             }
         }
         Ok(())
