@@ -154,6 +154,7 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
         all.push(Omission { what, because: because.to_string(), saves, changes: changes.to_string() });
     };
     const EXACT: &str = "nothing";
+    let direct = inputs.choice(project).direct;
     let share = |part: f64, of: f64| format!("{:.0} %", 100.0 * part / of.max(1e-9));
     if let Some(suns) = &plan.suns {
         let per_sun = plan.costs.iter().find(|p| p.name.starts_with("Cds")).map_or(0.0, |p| p.rays / suns.needed.max(1) as f64);
@@ -184,6 +185,15 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
                 "less than the light of a sun that has set",
             );
         }
+        if direct && !inputs.windows.is_empty() {
+            leave(
+                "light paths of suns for what mirrors and surfaces next to a sensor send on, and sunlit surfaces outside that it sees"
+                    .into(),
+                "it stays in the sun's patches of the sky, as light of C",
+                "their rays".into(),
+                "hours in which much of a sensor's light comes so are less certain than stated",
+            );
+        }
         if inputs.windows.iter().all(|w| w.pane.is_none()) {
             leave("scattering data in rays to suns".into(), "no window has a tensor tree", "its kernels".into(), EXACT);
         }
@@ -200,7 +210,6 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
         let what = format!("sky and pictures of {night} hours");
         leave(what, "night: they are zero", format!("{} of the products", share(night, plan.hours)), EXACT);
     }
-    let direct = inputs.choice(project).direct;
     let needs_windows = !direct || !project.views.is_empty();
     let free = |w: &ProjectWindow| needs_windows && unobstructed::nothing_before(&inputs.scene, &w.window);
     for (i, window) in inputs.windows.iter().enumerate().filter(|(_, w)| free(w)) {
