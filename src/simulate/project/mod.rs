@@ -66,7 +66,7 @@
 //! ```
 //!
 //! Paths are relative to the file. Of the files that it names the points of `[[views]]` are read here, models, and
-//! without `[[window]]` the scene, for the windows that it has ([`found`]).
+//! without `[[window]]` the scene, for the windows that it has (`found`).
 //! Each section is one struct with one function that reads it, so
 //! that a section added later touches nothing else.
 
