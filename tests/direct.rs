@@ -18,13 +18,7 @@ use testing::{measured, percent, percents};
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 const GREY: &str = "void plastic wall 0 0 5 .5 .5 .5 0 0\n";
 /// A room of 3 m × 4 m × 3 m; the opening in its south wall has no reveal.
-const ROOM: &str = "wall polygon floor 0 0 12  0 0 0  3 0 0  3 4 0  0 4 0
-wall polygon ceiling 0 0 12  0 0 3  0 4 3  3 4 3  3 0 3
-wall polygon west 0 0 12  0 0 0  0 4 0  0 4 3  0 0 3
-wall polygon east 0 0 12  3 0 0  3 0 3  3 4 3  3 4 0
-wall polygon north 0 0 12  0 4 0  3 4 0  3 4 3  0 4 3
-wall polygon south 0 0 30  0 0 0  0 0 3  3 0 3  3 0 0  0 0 0  0.5 0 1  2.5 0 1  2.5 0 2.4  0.5 0 2.4  0.5 0 1
-";
+const ROOM: &str = include_str!("data/plain_room.rad");
 /// A reveal of 0.4 m outside the opening.
 const REVEAL: &str = "wall polygon sill 0 0 12  0.5 0 1  0.5 -0.4 1  2.5 -0.4 1  2.5 0 1
 wall polygon head 0 0 12  0.5 0 2.4  2.5 0 2.4  2.5 -0.4 2.4  0.5 -0.4 2.4

@@ -15,14 +15,7 @@ use lucarne::sky::{SkyOptions, sky_columns, sky_matrix};
 use lucarne::weather::Weather;
 use std::path::Path;
 
-const ROOM: &str = "void plastic wall 0 0 5 .5 .5 .5 0 0
-wall polygon floor 0 0 12  0 0 0  3 0 0  3 4 0  0 4 0
-wall polygon ceiling 0 0 12  0 0 3  0 4 3  3 4 3  3 0 3
-wall polygon west 0 0 12  0 0 0  0 4 0  0 4 3  0 0 3
-wall polygon east 0 0 12  3 0 0  3 0 3  3 4 3  3 4 0
-wall polygon north 0 0 12  0 4 0  3 4 0  3 4 3  0 4 3
-wall polygon south 0 0 30  0 0 0  0 0 3  3 0 3  3 0 0  0 0 0  0.5 0 1  2.5 0 1  2.5 0 2.4  0.5 0 2.4  0.5 0 1
-";
+const ROOM: &str = concat!("void plastic wall 0 0 5 .5 .5 .5 0 0\n", include_str!("data/plain_room.rad"));
 const WINDOW: &str = "void glow window 0 0 4 1 1 1 0\nwindow polygon opening 0 0 12  0.5 0 1  0.5 0 2.4  2.5 0 2.4  2.5 0 1\n";
 
 /// A room behind glass, without weather.

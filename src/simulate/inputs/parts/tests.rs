@@ -12,13 +12,7 @@ use std::path::Path;
 const CLEAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/office/bsdf/double_clear.xml");
 const GREY: &str = "void plastic wall 0 0 5 .5 .5 .5 0 0\nvoid plastic white 0 0 5 .8 .8 .8 0 0\n";
 /// A room of 3 m × 4 m × 3 m with an opening in its south wall.
-const ROOM: &str = "wall polygon floor 0 0 12  0 0 0  3 0 0  3 4 0  0 4 0
-wall polygon ceiling 0 0 12  0 0 3  0 4 3  3 4 3  3 0 3
-wall polygon west 0 0 12  0 0 0  0 4 0  0 4 3  0 0 3
-wall polygon east 0 0 12  3 0 0  3 0 3  3 4 3  3 4 0
-wall polygon north 0 0 12  0 4 0  3 4 0  3 4 3  0 4 3
-wall polygon south 0 0 30  0 0 0  0 0 3  3 0 3  3 0 0  0 0 0  0.5 0 1  2.5 0 1  2.5 0 2.4  0.5 0 2.4  0.5 0 1
-";
+const ROOM: &str = include_str!("../../../../tests/data/plain_room.rad");
 const OPENING: &str = "0.5 0 1  0.5 0 2.4  2.5 0 2.4  2.5 0 1";
 const POINTS: &str = "0.8 0.7 0.8 0 0 1\n2.2 1.5 0.8 0 0 1\n1.5 2.5 0.8 0 0 1\n1.2 3.5 0.8 0 0 1\n1.5 2.0 1.2 0 -1 0\n";
 
