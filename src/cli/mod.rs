@@ -91,7 +91,7 @@ pub fn main() -> ExitCode {
         Verb::Plan(args) => plan::run(args, &mut warnings),
         Verb::Run(args) => run::run(args, &mut warnings),
         Verb::Metrics(args) => metrics::run(&args),
-        Verb::Report(args) => report::run(args, &mut warnings),
+        Verb::Report(args) => report::run(&args),
         Verb::Tradeoff(args) => tradeoff::run(args, &mut warnings),
         Verb::Glare(args) => glare::run(*args, &mut warnings),
         Verb::Keys(args) => keys::run(args, &mut warnings),

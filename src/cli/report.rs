@@ -2,7 +2,7 @@
 
 use lucarne::report::Report;
 use lucarne::simulate::Results;
-use lucarne::{Error, Result, Warnings};
+use lucarne::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -23,7 +23,7 @@ pub struct Args {
     figures: Option<PathBuf>,
 }
 
-pub fn run(args: Args, _warnings: &mut Warnings) -> Result<ExitCode> {
+pub fn run(args: &Args) -> Result<ExitCode> {
     let output = match (&args.output, &args.folders[..]) {
         (Some(output), _) => output.clone(),
         (None, [folder]) => folder.join("report.html"),

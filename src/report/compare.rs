@@ -1,6 +1,7 @@
 //! The numbers of several runs beside each other, and how far each is from the first.
 
-use super::parts::{Part, Section, Table, with_interval};
+use super::parts::{Part, Section, Table, confidence_95, with_interval};
+use crate::glare::annual::CLASS_LIMITS;
 use crate::simulate::Results;
 use std::collections::BTreeMap;
 
@@ -14,7 +15,7 @@ struct Number {
 /// The numbers of a run by what they are.
 fn numbers(results: &Results) -> Vec<(String, Number)> {
     let summary = &results.year.summary;
-    let confidence = summary.estimated_error.map_or(2.0, |e| e.confidence_95);
+    let confidence = confidence_95(summary);
     let mut found = Vec::new();
     for s in &summary.sensors {
         let mut add = |what: &str, factor: f64, value: Option<f64>, error: Option<f64>| {
@@ -32,8 +33,11 @@ fn numbers(results: &Results) -> Vec<(String, Number)> {
     }
     for glare in &results.year.glare {
         let lit: Vec<f64> = glare.dgp.iter().copied().filter(|v| v.is_finite()).collect();
-        let above = lit.iter().filter(|v| **v > 0.40).count() as f64 / lit.len().max(1) as f64;
-        found.push((format!("{}: lit hours with DGP above 0.40, %", glare.name()), Number { value: 100.0 * above, half_width: 0.0 }));
+        let above = lit.iter().filter(|v| **v > CLASS_LIMITS[1]).count() as f64 / lit.len().max(1) as f64;
+        found.push((
+            format!("{}: lit hours with DGP above {:.2}, %", glare.name(), CLASS_LIMITS[1]),
+            Number { value: 100.0 * above, half_width: 0.0 },
+        ));
     }
     found.push(("time of the run, s".into(), Number { value: summary.seconds.total, half_width: 0.0 }));
     found

@@ -3,6 +3,7 @@
 use super::parts::{Figure, Part, Section, Table};
 use super::sensors::days;
 use crate::error::Result;
+use crate::glare::annual::CLASS_LIMITS;
 use crate::image::falsecolor::FalseColor;
 use crate::image::palette::short_number;
 use crate::simulate::Results;
@@ -24,11 +25,11 @@ pub(super) fn section(results: &Results) -> Result<Section> {
         std::fs::read_to_string(annual).ok().and_then(|text| Table::from_csv("glare", "Glare of the occupied hours", &text))
     {
         parts.push(Part::Table(named(table)));
-        parts.push(Part::Text(
-            "Classes after DGP: imperceptible to 0.35, perceptible to 0.40, disturbing to 0.45, intolerable above. Undecided are hours whose \
-             class the noise of the sampling leaves open; they are listed in glare/undecided.csv."
-                .into(),
-        ));
+        let [a, b, c] = CLASS_LIMITS;
+        parts.push(Part::Text(format!(
+            "Classes after DGP: imperceptible to {a:.2}, perceptible to {b:.2}, disturbing to {c:.2}, intolerable above. Undecided are hours \
+             whose class the noise of the sampling leaves open; they are listed in glare/undecided.csv."
+        )));
     }
     let method = year.summary.glare.as_ref().map_or("DGP", |g| g.method.as_str());
     let days = days(results);
@@ -70,7 +71,7 @@ fn named(mut table: Table) -> Table {
             "en17037 protection" => "protection by EN 17037",
             "mean dgp" => "mean DGP",
             "greatest dgp" => "greatest DGP",
-            "glare autonomy" => "share with DGP up to 0.40",
+            "glare autonomy" => "glare autonomy (DGP not disturbing)",
             _ => continue,
         };
         *head = word.into();

@@ -1,6 +1,6 @@
 //! Metrics with names, their classes and what noise leaves open.
 
-use super::parts::{Part, Section, Table, percent, with_interval};
+use super::parts::{Part, Section, Table, confidence_95, percent, with_interval};
 use crate::metrics::Metric;
 use crate::simulate::Results;
 
@@ -18,7 +18,7 @@ pub(super) fn section(results: &Results) -> Section {
     if all.is_empty() {
         return Section { title, parts: vec![Part::Text("The results hold no metrics with names.".into())] };
     }
-    let confidence = summary.estimated_error.map_or(2.0, |e| e.confidence_95);
+    let confidence = confidence_95(summary);
     let head = ["of", "metric", "value", "class", "undecided", "source"];
     let mut named = Table::new("metrics", "± is the interval of 95 %", &head);
     let mut details = Table::new("metrics_details", "Means over sensors, and steps on the way to a class", &head);

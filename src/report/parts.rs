@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::files::write_atomically;
 use crate::image::drawing::Drawing;
+use crate::simulate::Summary;
 use std::path::Path;
 
 /// Factor from the pixels of a figure to those of its PNG.
@@ -146,6 +147,11 @@ pub(super) fn with_interval(value: f64, half_width: f64) -> String {
     let unit = 10f64.powi(place);
     let places = (-place).clamp(0, 6) as usize;
     format!("{:.places$} ± {:.places$}", (value / unit).round() * unit, (half_width / unit - 1e-6).ceil() * unit)
+}
+
+/// Half width of an interval of 95 %, in standard errors; of results that do not tell, that of many replicates.
+pub(super) fn confidence_95(summary: &Summary) -> f64 {
+    summary.estimated_error.map_or(1.96, |e| e.confidence_95)
 }
 
 /// A share, 0…1, in per cent.

@@ -1,7 +1,7 @@
 //! What the sensors tell: heat maps, the course of the year, a table of the groups.
 
 use super::metrics::words;
-use super::parts::{Figure, Part, Section, Table, percent, with_interval};
+use super::parts::{Figure, Part, Section, Table, confidence_95, percent, with_interval};
 use super::plan::HeatMap;
 use crate::error::Result;
 use crate::image::carpet::{Carpet, Coloring};
@@ -96,7 +96,7 @@ pub(super) fn days(results: &Results) -> Option<Days> {
 /// Illuminance of all groups.
 pub(super) fn section(results: &Results, scales: &Scales) -> Result<Section> {
     let (year, mut parts) = (&results.year, Vec::new());
-    let confidence = year.summary.estimated_error.map_or(2.0, |e| e.confidence_95);
+    let confidence = confidence_95(&year.summary);
     let mut groups = Table::new("groups", "Groups of sensors; ± is the interval of 95 %", &["sensors", "count", "without light", "mean"]);
     for s in &year.summary.sensors {
         let mean = match (s.mean_illuminance_lx, s.mean_irradiance_w_m2) {
