@@ -6,7 +6,6 @@ use crate::bsdf::check::{Verdict, check};
 use crate::error::Warnings;
 use crate::image::palette::{rounded_number, short_number};
 use crate::simulate::Results;
-use crate::simulate::project::Filling;
 use std::path::PathBuf;
 
 /// Errors of the sampling.
@@ -48,11 +47,8 @@ pub(super) fn windows(results: &Results) -> Section {
     let windows = results.surroundings.iter().flat_map(|a| &a.project.windows);
     let mut files: Vec<PathBuf> = Vec::new();
     for window in windows {
-        let first = match &window.filling {
-            Filling::Bsdf(file) => Some(file),
-            Filling::Glass(_) | Filling::SceneGlass | Filling::Layers(_) => None,
-        };
-        files.extend(first.into_iter().chain(&window.states).chain(&window.tensor_tree).cloned());
+        let trees = window.states.iter().filter_map(|s| s.tensor_tree.as_ref()).chain(&window.tensor_tree);
+        files.extend(window.bsdf_files().into_iter().chain(trees).cloned());
     }
     files.sort();
     files.dedup();

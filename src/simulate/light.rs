@@ -100,6 +100,49 @@ impl Light {
         Self::behind(windows, skies, differences, hours.clone(), &through)
     }
 
+    /// Light of all lit hours of a façade through the year, each window in the state that it is in.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_facade(inputs: &Inputs, daylight: Daylight<'_>, multiplier: &dyn Multiplier, skies: &Skies) -> Result<Self> {
+        let differences = inputs.differences();
+        if !inputs.moves() {
+            return Self::new(&WindowLight::of(inputs, &inputs.transmissions(), daylight), multiplier, skies, differences);
+        }
+        let hours = lit_columns(&skies.whole);
+        let bins = inputs.bins();
+        let has_suns = skies.sun.is_some() && (0..inputs.windows.len()).any(|w| inputs.is_sunny(w));
+        let mut right = Matrix::zeros(if has_suns { 2 * bins } else { bins }, hours.len(), 3);
+        let mut first = 0;
+        for (number, window) in inputs.windows.iter().enumerate() {
+            for used in inputs.uses(number) {
+                // Columns of the result, and the steps of the year that they are.
+                let columns: Vec<usize> = (0..hours.len()).filter(|column| used.holds(hours[*column])).collect();
+                let steps: Vec<usize> = columns.iter().map(|column| hours[*column]).collect();
+                let of = |sky: &Matrix<f32>| select_columns(sky, &steps);
+                let own = Skies { whole: of(&skies.whole), sun: skies.sun.as_ref().filter(|_| used.is_sunny).map(of) };
+                let total = &daylight.total[number];
+                let light = WindowLight {
+                    all: (used.transmission, total),
+                    sun: used.is_sunny.then(|| (used.transmission, &daylight.direct[number])),
+                };
+                let part = Self::new(&[light], multiplier, &own, differences)?;
+                for row in 0..total.rows() {
+                    // Where its sun is not traced, X stands in both halves.
+                    let rest = if part.is_split() { total.rows() + row } else { row };
+                    for (&column, lit) in columns.iter().zip(0..) {
+                        right.at_mut(first + row, column).copy_from_slice(part.right.at(row, lit));
+                        if has_suns {
+                            right.at_mut(bins + first + row, column).copy_from_slice(part.right.at(rest, lit));
+                        }
+                    }
+                }
+            }
+            first += window.bins();
+        }
+        Ok(Self { right, bins, hours, all_hours: skies.whole.cols() })
+    }
+
     /// Light of all lit hours from the sky itself: bins are its patches.
     pub fn of_sky(skies: &Skies, differences: Differences) -> Self {
         let hours = lit_columns(&skies.whole);
@@ -148,6 +191,14 @@ impl Light {
     /// Whether the sun's patches are taken out: then it belongs to `[V − Vd | Vd]`, else to V.
     pub fn is_split(&self) -> bool {
         self.right.rows() == 2 * self.bins
+    }
+
+    /// Makes it one that belongs to `[V − Vd | Vd]`, also where no sun is taken out.
+    pub fn split(&mut self) {
+        if !self.is_split() {
+            let (rows, cols) = (self.right.rows(), self.right.cols());
+            self.right = Matrix::from_data(2 * rows, cols, 3, self.right.data().repeat(2)).expect("twice the rows");
+        }
     }
 
     /// The same with the sun in the patches of the sky, as three phases have it.

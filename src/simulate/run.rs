@@ -4,7 +4,7 @@
 use super::context::{Context, Ledger};
 use super::inputs::suns::SunCensus;
 use super::inputs::{Differences, Inputs, reach};
-use super::light::{Daylight, Light, Skies, WindowLight};
+use super::light::{Daylight, Light, Skies};
 use super::overall::Overall;
 use super::phases::sampled::sampled;
 use super::phases::sky::sky;
@@ -12,17 +12,20 @@ use super::project::Project;
 use super::results::annual;
 use super::results::glare::{GlareJob, GlareSummary};
 use super::results::sensors::{self, SensorSummary};
+use super::results::states;
 use super::results::suns::TracedSuns;
 use super::results::uncertainty::EstimatedError;
 use super::results::views::{self, Made, ViewSummary};
 use super::sampling::estimate::Estimate;
 use super::store::Store;
-use super::summary::{DeviceSummary, Summary};
+use super::summary::{DeviceSummary, GroupSummary, Summary};
+use crate::control;
 use crate::error::{Error, Result, Warnings};
 use crate::gpu::Device;
 use crate::kernels::product;
 use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
+use crate::metrics::Year;
 use crate::progress::Progress;
 use std::path::Path;
 use std::time::Instant;
@@ -33,7 +36,7 @@ use std::time::Instant;
 /// |---|---|
 /// | `matrices/S.mtx` | sky matrix, rows patches (ground first), columns hours, RGB |
 /// | `matrices/V_SENSORS.mtx` | view matrix, rows sensors, columns the bins of all parts of all windows in the project's order |
-/// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins |
+/// | `matrices/T_WINDOW.mtx` | transmission, rows outgoing bins, columns incident bins; `T_WINDOW@STATE.mtx` of windows that move |
 /// | `matrices/D_WINDOW.mtx` | daylight matrix, rows the bins of the window's parts, columns patches |
 /// | `matrices/*_direct.mtx`, `*_standard_error.mtx` | the part without diffuse reflection; the standard error of each entry |
 /// | `matrices/Sds.mtx` | five phases: the sun's share of S |
@@ -44,6 +47,8 @@ use std::time::Instant;
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy, useful daylight, daylight factor and what else metrics count of each sensor, with their standard errors |
+/// | `illuminance/states/GROUP/STATE/SENSORS.mtx`, `SENSORS_direct.mtx` | of windows with states: what each group sends in each, and what of it comes straight from traced suns; `illuminance/states/SENSORS.mtx`: the windows without states. The light of any combination is the sum over the groups |
+/// | `control/schedule.csv` | the state of each group in every time step, as `[control]` reads it |
 /// | `metrics/metrics.csv` | named metrics of each group and of all, with error, class, doubts |
 /// | `metrics/hours.csv`, `SENSORS_sensors.csv` | time steps with the diffuse illuminance outdoors and which schedules count them; where sensors are and face |
 /// | `illuminance/SENSORS_moments.csv` | named moments: mean, least and most lux of each, and daylight factors |
@@ -130,8 +135,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
         // No receiver needs it.
         Some(_) if daylight.is_empty() => None,
         _ => {
-            let windows = WindowLight::of(inputs, &inputs.transmissions(), Daylight { total: &daylight, direct: &daylight_direct });
-            Some(Light::new(&windows, multiplier, &skies, inputs.differences())?)
+            Some(Light::of_facade(inputs, Daylight { total: &daylight, direct: &daylight_direct }, multiplier, &skies)?)
         }
     };
     let (Some(at_sensors), Some(light)) = (from_sky.as_ref().or(from_windows.as_ref()), from_windows.as_ref().or(from_sky.as_ref())) else {
@@ -149,6 +153,9 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let clock = Instant::now();
     let (groups, metrics) = sensors::write(context, &counting, &lux, &errors, &dark)?;
     sensors::write_sky(context, &made)?;
+    let at_windows = Daylight { total: &daylight, direct: &daylight_direct };
+    states::write(context, &made, at_windows)?;
+    write_schedule(context)?;
     let pictures = views::pictures(context, &mut ledger, &made, warnings)?;
     ledger.seconds.write = clock.elapsed().as_secs_f64();
 
@@ -174,7 +181,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     ledger.seconds.total = start.elapsed().as_secs_f64();
     warn_of_error(context.project, &errors, warnings);
     context.store.warn_of_damage(warnings);
-    let census = suns.as_ref().map(|suns| suns.set.census.clone());
+    let census = suns.as_ref().map(|suns| suns.set().census.clone());
     let summary = Summary {
         metrics,
         ..summary(context, &ledger, multiplier.description(), groups, pictures, glare, errors.estimated, census, warnings)
@@ -182,6 +189,15 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     summary.write(&context.store.summary_path())?;
     context.store.remove_units();
     Ok(summary)
+}
+
+/// Writes the state of each group of windows in every time step, as a schedule that a project can name.
+fn write_schedule(context: &Context<'_>) -> Result<()> {
+    let inputs = context.inputs;
+    if inputs.facade.groups().is_empty() {
+        return Ok(());
+    }
+    control::write(&context.store.schedule_path()?, &inputs.facade, &Year::of(&inputs.weather), &inputs.schedule)
 }
 
 /// A result that misses what was asked for says so.
@@ -236,6 +252,7 @@ fn summary(
         hours: inputs.weather.steps().hours(inputs.weather.records.len()),
         time_steps: inputs.weather.records.len(),
         windows,
+        groups: GroupSummary::of(inputs, context.choice.phases),
         glass_left: inputs.glass_left.clone(),
         matrices_are_given,
         sensors,

@@ -4,6 +4,7 @@ use super::context::{MatrixSummary, Seconds};
 use super::results::sensors::SensorSummary;
 use super::results::views::ViewSummary;
 use super::store::Store;
+use crate::control::Group;
 use crate::error::{Error, Result};
 use crate::gpu::Device;
 use crate::metrics::Metric;
@@ -57,6 +58,9 @@ pub struct Summary {
     pub time_steps: usize,
     /// Windows, in the order of the view matrices' columns.
     pub windows: Vec<WindowSummary>,
+    /// Groups of windows that have states.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<GroupSummary>,
     /// Of a project that names no windows, the scene's glass that was not taken for windows, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub glass_left: Vec<String>,
@@ -105,8 +109,64 @@ pub struct WindowSummary {
     pub bins: usize,
     /// The parts over which V and D are averaged.
     pub parts: Division,
+    /// Whether suns are traced through it, in any state that it is ever in.
+    pub sun_is_traced: bool,
+    /// Group of windows that it moves with; absent of a window without states.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+}
+
+/// Windows that change their states together.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct GroupSummary {
+    /// Its name; `control/NAME.csv` has its state in every time step.
+    pub name: String,
+    /// Its windows.
+    pub windows: Vec<String>,
+    /// Its states, in the order of the project.
+    pub states: Vec<StateSummary>,
+    /// How often it is in another state than in the time step before.
+    pub moves: usize,
+}
+
+/// A state of a group of windows.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct StateSummary {
+    /// Its name.
+    pub name: String,
+    /// What the windows are made of in it, for people.
+    pub glazing: String,
     /// Whether suns are traced through it.
     pub sun_is_traced: bool,
+    /// Hours that the group is in it.
+    #[serde(serialize_with = "crate::units::whole_hours")]
+    pub hours: f64,
+}
+
+impl GroupSummary {
+    /// All groups of a run of so many phases.
+    pub(super) fn of(inputs: &Inputs, phases: u32) -> Vec<Self> {
+        let length = inputs.weather.steps().length;
+        let of = |(number, group): (usize, &Group)| {
+            let windows: Vec<&ProjectWindow> = inputs.windows_of_group(number).into_iter().map(|i| &inputs.windows[i]).collect();
+            let hours = inputs.schedule.hours(number, group.states.len(), length, None);
+            let state = |(i, (name, hours)): (usize, (&String, f64))| {
+                let mut made_of: Vec<&str> = windows.iter().map(|w| w.states[i].made_of.as_str()).collect();
+                made_of.dedup();
+                let sun_is_traced = phases == 5 && windows.iter().any(|w| w.states[i].is_sunny());
+                StateSummary { name: name.clone(), glazing: made_of.join("; "), sun_is_traced, hours }
+            };
+            Self {
+                name: group.name.clone(),
+                windows: windows.iter().map(|w| w.name.clone()).collect(),
+                states: group.states.iter().zip(hours).enumerate().map(state).collect(),
+                moves: inputs.schedule.moves(number),
+            }
+        };
+        inputs.facade.groups().iter().enumerate().map(of).collect()
+    }
 }
 
 /// The device that ran the kernels.
@@ -138,16 +198,17 @@ fn as_text<S: serde::Serializer>(path: &Path, serializer: S) -> std::result::Res
 impl Summary {
     /// The windows of a run of so many phases, and whether matrices were made elsewhere.
     pub(super) fn of_windows(inputs: &Inputs, phases: u32) -> (Vec<WindowSummary>, bool) {
-        let of = |w: &ProjectWindow| WindowSummary {
+        let of = |(i, w): (usize, &ProjectWindow)| WindowSummary {
             name: w.name.clone(),
             glazing: w.made_of.clone(),
             area: w.window.area(),
             faces: w.window.faces(),
             bins: w.bins(),
             parts: w.division.clone(),
-            sun_is_traced: phases == 5 && w.is_sunny(),
+            sun_is_traced: phases == 5 && inputs.is_sunny(i),
+            group: w.group.map(|g| inputs.facade.groups()[g].name.clone()),
         };
-        (inputs.windows.iter().map(of).collect(), inputs.differences() == Differences::Noisy)
+        (inputs.windows.iter().enumerate().map(of).collect(), inputs.differences() == Differences::Noisy)
     }
 
     /// Reads the summary of a result folder; what an older version did not write has its default.

@@ -5,6 +5,7 @@
 
 use crate::bins::{AngleBasis, KlemsBasis};
 use crate::bsdf::evaluate::Scattering;
+use crate::bsdf::interpolate::interpolate;
 use crate::bsdf::isotropic::{AngularTable, Sample};
 use crate::bsdf::layer::{LayerWords, combine_visible, read_layers};
 use crate::bsdf::{self, Bsdf};
@@ -56,8 +57,13 @@ impl Filled {
                 };
                 system(project.folder()).map(Self::Layers).map_err(|e: Error| section.place.of(e))
             }
+            Filling::Interpolated([from, to], fraction) => {
+                let [a, b] = [bsdf::read(from, warnings)?, bsdf::read(to, warnings)?];
+                let between = interpolate(&a, &b, *fraction, warnings).map_err(|e| section.place.of(e))?;
+                Ok(Self::Data(between, from.clone()))
+            }
             _ => {
-                let file = section.bsdf_files().first().cloned().unwrap_or_default();
+                let file = section.filling.files().first().cloned().unwrap_or_default();
                 Ok(Self::Data(bsdf::read(&file, warnings)?, file))
             }
         }
@@ -99,6 +105,10 @@ impl Filled {
             }
             (Self::Glass(pane), Filling::SceneGlass) => format!("the scene's glass, {}", describe(pane)),
             (Self::Glass(pane), _) => describe(pane),
+            (Self::Data(..), Filling::Interpolated([from, to], fraction)) => {
+                let [from, to] = [from, to].map(|f| f.file_name().unwrap_or_default().to_string_lossy().into_owned());
+                format!("{from}, {:.1} % of the way to {to}", 100.0 * fraction)
+            }
             (Self::Layers(_), Filling::Layers(words)) => format!("layers {}", words.join(" | ")),
             (Self::Data(_, file), _) => file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             (Self::Layers(_), _) => "layers".into(),
@@ -212,13 +222,11 @@ pub(crate) fn transmission_over(
 /// says what is wrong. Of a pane of glass there are none.
 pub(super) fn data_of_states(project: &Project, section: &WindowSection) -> Vec<Option<Bsdf>> {
     let full = AngleBasis::from(KlemsBasis::Full);
-    match &section.filling {
-        Filling::Layers(_) => match Filled::data(project, section, &full, &mut Warnings::new()) {
-            Ok(Filled::Layers(data)) => vec![Some(data)],
-            _ => vec![None],
-        },
-        _ => section.bsdf_files().iter().map(|file| bsdf::read(file, &mut Warnings::new()).ok()).collect(),
-    }
+    let data = |section: &WindowSection| match Filled::data(project, section, &full, &mut Warnings::new()) {
+        Ok(Filled::Layers(data) | Filled::Data(data, _)) => Some(data),
+        _ => None,
+    };
+    section.each_state().iter().filter(|s| !s.filling.is_glass()).map(data).collect()
 }
 
 /// The scattering function, with warnings of doubtful values.

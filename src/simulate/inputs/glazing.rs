@@ -25,14 +25,16 @@ const DIRECTIONAL_SUBDIVISION: usize = 4;
 pub(crate) fn glazing(project: &Project) -> Result<Glazing> {
     let mut sunny = project.windows.iter().filter(|w| w.lets_suns_through()).peekable();
     // Real slats in front of a window are as sharp as they are, whatever its scattering data say.
-    let spreads_suns = sunny.peek().is_some() && sunny.all(|w| w.shade.is_none() && is_diffuse(project, w));
+    let has_shade = |w: &WindowSection| w.shade.is_some() || w.states.iter().any(|s| s.shade.is_some());
+    let spreads_suns = sunny.peek().is_some() && sunny.all(|w| !has_shade(w) && is_diffuse(project, w));
     Ok(Glazing { sky: sky(project)?, spreads_suns })
 }
 
 /// Whether a window spreads light evenly, whatever it comes from, in each of its states. A file that
 /// cannot be read is not diffuse; reading it as an input says what is wrong with it.
 fn is_diffuse(project: &Project, window: &WindowSection) -> bool {
-    !window.filling.is_clear() && data_of_states(project, window).iter().all(|data| data.as_ref().is_some_and(spreads))
+    let is_clear = window.each_state().iter().any(|s| s.filling.is_clear());
+    !is_clear && data_of_states(project, window).iter().all(|data| data.as_ref().is_some_and(spreads))
 }
 
 fn spreads(bsdf: &Bsdf) -> bool {
@@ -57,7 +59,7 @@ const SURROUND_DEG: f64 = 30.0;
 /// Whether a sun is seen through a window in any of its states, from any direction. A file that cannot be read is left
 /// to the reading of the inputs.
 pub(crate) fn passes_direct(project: &Project, window: &WindowSection) -> bool {
-    window.filling.is_clear() || data_of_states(project, window).iter().flatten().any(sees_sun)
+    window.each_state().iter().any(|s| s.filling.is_clear()) || data_of_states(project, window).iter().flatten().any(sees_sun)
 }
 
 fn sees_sun(bsdf: &Bsdf) -> bool {

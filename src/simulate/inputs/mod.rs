@@ -13,6 +13,7 @@ pub mod parts;
 pub(crate) mod reach;
 pub(crate) mod shade;
 mod shade_check;
+pub mod states;
 pub mod suns;
 pub(crate) mod windows;
 
@@ -23,8 +24,9 @@ use self::shade::Shade;
 use self::suns::SunSet;
 pub(crate) use self::windows::ProjectWindow;
 pub(crate) use self::windows::read_surfaces;
-use self::windows::{check_sides, read_windows};
+use self::windows::{WindowState, check_sides, read_windows};
 use crate::bins::ReinhartSky;
+use crate::control::{Facade, Schedule};
 use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
@@ -32,7 +34,7 @@ use crate::scene::points::Sensor;
 use crate::scene::{self, GlazedWindow, Scene, Window};
 use crate::simulate::project::glare::GlareMethod;
 use crate::simulate::project::method::{Choice, Glazing};
-use crate::simulate::project::{Project, SensorPoints, SensorsSection};
+use crate::simulate::project::{Project, SensorPoints, SensorsSection, WindowSection};
 use crate::simulate::store::fingerprint::Fingerprint;
 use crate::weather::Weather;
 use glam::DVec3;
@@ -56,6 +58,10 @@ pub struct Inputs {
     pub glazing: Glazing,
     /// Of a project that names no windows, the scene's glass that was not taken for windows, and why.
     pub glass_left: Vec<String>,
+    /// Groups of the windows that have states.
+    pub facade: Facade,
+    /// The state of each group in every time step.
+    pub schedule: Schedule,
 }
 
 /// A group of sensors.
@@ -130,13 +136,18 @@ impl Inputs {
         let seem_dark = reach::seem_dark(&scene, light, &everywhere);
         reach::warn(&sensors, &seem_dark, direct, warnings);
         models::warn(project, warnings)?;
-        let mut inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left };
+        let schedule = states::schedule(project, &weather)?;
+        let facade = project.facade.clone();
+        let inputs =
+            Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left, facade, schedule: schedule.clone() };
+        let mut inputs = inputs.with_schedule(schedule);
         parts::divide(project, &mut inputs)?;
         // A schedule that does not fit the year is told before hours of tracing.
         inputs.counting(project)?;
         if project.output.quantity.is_solar() {
             inputs.warn_of_solar(project, warnings);
         }
+        inputs.check_states(project, warnings)?;
         inputs.check_suns(project, warnings)?;
         inputs.check_peaks(project, warnings);
         Ok(inputs)
@@ -186,10 +197,8 @@ impl Inputs {
     fn check_peaks(&self, project: &Project, warnings: &mut Warnings) {
         let Some(glare) = project.glare.as_ref().filter(|g| g.method != GlareMethod::Dgps) else { return };
         let five = self.choice(project).phases == 5;
-        for section in project.windows.iter().filter(|w| !(five && w.lets_suns_through())) {
-            if !glazing::passes_direct(project, section) {
-                continue;
-            }
+        let blurred = |w: &WindowSection| !(five && w.lets_suns_through()) && glazing::passes_direct(project, w);
+        for section in project.windows.iter().filter_map(|w| w.each_state().into_iter().find(blurred)) {
             warnings.push(section.place.of(
                 Error::new(format!(
                     "the sun is seen through window '{}', but it is spread over a patch of the sky and a bin of the BSDF: glare by \
@@ -242,7 +251,7 @@ impl Inputs {
         (self.bins() / whole.max(1)).max(1)
     }
 
-    /// T of every window.
+    /// T of every window, in the state that it shows.
     pub(crate) fn transmissions(&self) -> Vec<&Matrix<f64>> {
         self.windows.iter().map(|w| &w.transmission).collect()
     }
@@ -274,9 +283,25 @@ impl Inputs {
         SunSet::of(&self.weather, project.method.suns_of(&choice), &windows, project.output.quantity)
     }
 
-    /// Windows through which suns are traced, by their shade or their scattering data.
+    /// The suns that any state of any window lets through.
+    ///
+    /// # Errors
+    /// As [`SunSet::new`].
+    pub(crate) fn sun_set_of_states(&self, project: &Project) -> Result<SunSet> {
+        let sunny = |w: &&ProjectWindow| w.is_sunny() || w.states.iter().any(WindowState::is_sunny);
+        let windows: Vec<Window> = self.windows.iter().filter(sunny).map(|w| w.window.clone()).collect();
+        let windows = if project.quality.prune { windows } else { Vec::new() };
+        SunSet::of(&self.weather, project.method.suns_of(&self.choice(project)), &windows, project.output.quantity)
+    }
+
+    /// Windows through which suns are traced, by their shade or their scattering data, in any state that they are ever in.
+    /// Of a façade that moves, any state counts: its suns are then the same whatever the schedule.
     pub(crate) fn sunny_windows(&self) -> Vec<Window> {
-        self.windows.iter().filter(|w| w.is_sunny()).map(|w| w.window.clone()).collect()
+        let sunny = |i: &usize| match self.moves() {
+            true => self.windows[*i].is_sunny() || self.windows[*i].states.iter().any(WindowState::is_sunny),
+            false => self.windows[*i].is_sunny(),
+        };
+        (0..self.windows.len()).filter(sunny).map(|i| self.windows[i].window.clone()).collect()
     }
 
     /// Windows whose sun is traced through a shade, with the corners of their shades.
@@ -286,7 +311,7 @@ impl Inputs {
 
     /// Windows whose sun is traced through scattering data.
     pub(crate) fn pane_windows(&self) -> Vec<(Window, PaneBsdf)> {
-        self.windows.iter().filter_map(|w| Some((w.window.clone(), w.pane.clone()?))).collect()
+        self.windows.iter().filter_map(|w| Some((w.window.clone(), w.pane.as_ref()?.data.clone()))).collect()
     }
 
     /// The shades of all windows.

@@ -37,7 +37,7 @@ struct Transmittance {
 
 /// Warns of windows whose shade or tensor tree is not that of their BSDF at normal incidence.
 pub(super) fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) {
-    for window in inputs.windows.iter().filter(|w| w.is_sunny()) {
+    for window in inputs.windows_in_all_states().iter().filter(|w| w.is_sunny()) {
         // A clear pane is both, and so are layers.
         if window.glass.is_some() || (window.shade.is_none() && is_of_layers(project, window)) {
             continue;
@@ -49,7 +49,7 @@ pub(super) fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) 
         }
         let (sharp, key) = match (&window.shade, &window.pane) {
             (Some(shade), _) => (of_shade(&shade.scene, &window.window), "shade"),
-            (None, Some(pane)) => (of_pane(pane, &window.window), "tensor_tree"),
+            (None, Some(pane)) => (of_pane(&pane.data, &window.window), "tensor_tree"),
             (None, None) => continue,
         };
         if !differs(sharp, bsdf) {
@@ -74,6 +74,7 @@ pub(super) fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) 
 
 fn is_of_layers(project: &Project, window: &ProjectWindow) -> bool {
     let section = project.windows.iter().find(|s| s.is_of(&window.name));
+    let section = section.map(|s| s.in_state(usize::from(window.state)));
     section.is_some_and(|s| matches!(s.filling, Filling::Layers(_)) && s.tensor_tree.is_none())
 }
 

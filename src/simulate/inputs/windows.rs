@@ -1,16 +1,18 @@
 //! Windows with their transmission, their states, and what the sun is traced through.
 
 use super::division::Division;
-use super::filling::{Filled, checked, in_colour};
+use super::filling::{Filled, checked};
 use super::import::Imported;
 use super::shade::Shade;
 use crate::bsdf::{self, Component};
+use crate::control::State;
 use crate::error::{Error, Result, Warnings};
 use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
 use crate::scene::{self, Pane, Scene, Window};
-use crate::simulate::project::{Project, WindowSection};
+use crate::simulate::project::{Filling, Project, WindowSection};
+use crate::simulate::store::fingerprint::Fingerprint;
 use glam::DVec3;
 use std::path::Path;
 
@@ -36,14 +38,66 @@ pub struct ProjectWindow {
     /// What the sun is traced through, if by anything but the transmission.
     pub shade: Option<Shade>,
     /// Scattering data that the sun is traced through in place of a shade.
-    pub pane: Option<PaneBsdf>,
-    /// T of all states of the façade, with their names; empty if the window has one state.
-    pub states: Vec<(String, Matrix<f64>)>,
+    pub pane: Option<SunPane>,
+    /// All its states, of which the fields above show one; empty if it has but one.
+    pub states: Vec<WindowState>,
+    /// Number of the state that they show.
+    pub state: State,
+    /// Number of its group, if it has states.
+    pub group: Option<usize>,
     /// D and Dd made elsewhere.
     pub daylight: Option<Imported>,
 }
 
+/// What a window is in one of its states.
+#[derive(Debug, Clone)]
+pub struct WindowState {
+    /// Its name.
+    pub name: String,
+    /// As of [`ProjectWindow`].
+    pub transmission: Matrix<f64>,
+    /// As of [`ProjectWindow`].
+    pub made_of: String,
+    /// As of [`ProjectWindow`].
+    pub glass: Option<Pane>,
+    /// As of [`ProjectWindow`].
+    pub shade: Option<Shade>,
+    /// As of [`ProjectWindow`].
+    pub pane: Option<SunPane>,
+}
+
+/// Scattering data that suns are traced through.
+#[derive(Debug, Clone)]
+pub struct SunPane {
+    /// The data.
+    pub data: PaneBsdf,
+    /// What they were read from.
+    pub(crate) inputs: Fingerprint,
+}
+
+impl WindowState {
+    /// Whether its sun is traced.
+    pub fn is_sunny(&self) -> bool {
+        self.shade.is_some() || self.pane.is_some()
+    }
+
+    /// Whether suns pass it as they pass another.
+    pub(crate) fn is_passed_as(&self, other: &Self) -> bool {
+        let inputs = |s: &Self| s.pane.as_ref().map(|p| p.inputs);
+        self.shade == other.shade && inputs(self) == inputs(other)
+    }
+}
+
 impl ProjectWindow {
+    /// Shows a state.
+    ///
+    /// # Panics
+    /// If there is no such one.
+    pub(crate) fn take_state(&mut self, number: State) {
+        let WindowState { transmission, made_of, glass, shade, pane, .. } = self.states[usize::from(number)].clone();
+        (self.transmission, self.made_of, self.glass, self.shade, self.pane, self.state) = (transmission, made_of, glass, shade, pane, number);
+    }
+
     /// Bins of all its parts: columns of V and rows of D.
     pub fn bins(&self) -> usize {
         self.parts.len() * self.window.basis.len()
@@ -81,8 +135,7 @@ pub(super) fn read_windows(
     warnings: &mut Warnings,
 ) -> Result<Vec<ProjectWindow>> {
     let surfaces = read_surfaces(project, section, warnings)?;
-    let named_pane = section.tensor_tree.as_ref().map(|file| read_pane(file, warnings)).transpose()?;
-    let states = section.states.iter().map(|path| read_state(path, warnings)).collect::<Result<Vec<_>>>()?;
+    let mut states: Vec<StateReader> = section.each_state().into_iter().map(StateReader::new).collect();
     let single = surfaces.len() == 1;
     if let (Some(_), [first, second, ..]) = (&section.daylight, &surfaces[..]) {
         return Err(Error::new(format!(
@@ -92,24 +145,84 @@ pub(super) fn read_windows(
         .file(&section.surface)
         .help("give each its own [[window]] with its own matrix"));
     }
-    if let (Some(_), [first, second, ..]) = (&section.shade, &surfaces[..]) {
+    if let (true, [first, second, ..]) = (states.iter().any(|s| s.section.shade.is_some()), &surfaces[..]) {
         return Err(Error::new(format!("a shade belongs to one window, but this file holds several: '{}', '{}'", first.name, second.name))
             .file(&section.surface)
             .help("give each its own [[window]] with its own shade"));
     }
     let mut windows = Vec::new();
-    let mut read: Option<Filled> = None;
     for window in surfaces {
         let bins = window.basis.len();
-        let filled = match read.take() {
-            Some(data @ Filled::Data(..)) => data,
-            _ => Filled::read(project, section, &window, scene, warnings)?,
+        let mut pane_of_scene = None;
+        let mut read = |(i, reader): (usize, &mut StateReader)| {
+            let name = section.states.get(i).map_or("", |s| s.name.as_str());
+            reader.read(project, &window, name, (&mut *scene, &mut pane_of_scene), warnings)
         };
+        let mut all = states.iter_mut().enumerate().map(&mut read).collect::<Result<Vec<_>>>()?;
+        let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
+        let shape = "D has a row per bin and a column per patch, the ground first";
+        let daylight = section.daylight.as_ref().map(|d| Imported::load(d, bins, patches, shape)).transpose()?;
+        let first = if section.states.is_empty() { all.remove(0) } else { all[0].clone() };
+        windows.push(ProjectWindow {
+            name,
+            parts: vec![window.clone()],
+            division: Division::of(section),
+            window,
+            transmission: first.transmission,
+            made_of: first.made_of,
+            glass: first.glass,
+            shade: first.shade,
+            pane: first.pane,
+            states: all,
+            state: 0,
+            group: project.facade.groups().iter().position(|g| !section.states.is_empty() && g.name.eq_ignore_ascii_case(&section.group)),
+            daylight,
+        });
+    }
+    Ok(windows)
+}
+
+/// Reads one state of all windows of a section.
+struct StateReader {
+    /// The section in this state.
+    section: WindowSection,
+    /// Scattering data, which are the same for all its windows.
+    data: Option<Filled>,
+    tensor_tree: Option<SunPane>,
+}
+
+impl StateReader {
+    fn new(section: WindowSection) -> Self {
+        Self { section, data: None, tensor_tree: None }
+    }
+
+    /// What a window is in it; `pane_of_scene` is the glass that another of its states has taken out of the scene.
+    fn read(
+        &mut self,
+        project: &Project,
+        window: &Window,
+        name: &str,
+        (scene, pane_of_scene): (&mut Scene, &mut Option<Filled>),
+        warnings: &mut Warnings,
+    ) -> Result<WindowState> {
+        let (section, bins) = (&self.section, window.basis.len());
+        if let (None, Some(file)) = (&self.tensor_tree, &section.tensor_tree) {
+            self.tensor_tree = Some(read_pane(file, warnings)?);
+        }
+        let filled = match (self.data.take(), &section.filling, &*pane_of_scene) {
+            (Some(data), ..) => data,
+            (None, Filling::SceneGlass, Some(pane)) => pane.clone(),
+            _ => Filled::read(project, section, window, scene, warnings)?,
+        };
+        if section.filling == Filling::SceneGlass {
+            *pane_of_scene = Some(filled.clone());
+        }
         let transmission = filled.transmission(&window.basis)?;
         let own_pane = filled.pane(project, section, warnings)?;
         if (transmission.rows(), transmission.cols()) != (bins, bins) {
+            let of_state = if name.is_empty() { String::new() } else { format!(" of state '{name}'") };
             return Err(Error::new(format!(
-                "the window is divided by the basis {} ({bins} bins), its BSDF {} has {} outgoing and {} incident bins",
+                "the window is divided by the basis {} ({bins} bins), its BSDF {}{of_state} has {} outgoing and {} incident bins",
                 window.basis.name(),
                 filled.describe(section),
                 transmission.rows(),
@@ -119,60 +232,37 @@ pub(super) fn read_windows(
             .line(window.origin.line)
             .help("use the BSDF's basis in the comment before the polygon: '#@rfluxmtx h=kf' for Klems full, h=kh half, h=kq quarter"));
         }
-        for (path, (_, state)) in section.states.iter().zip(&states) {
-            if (state.rows(), state.cols()) != (bins, bins) {
-                return Err(Error::new(format!(
-                    "this state has {} outgoing and {} incident bins, the window {bins}",
-                    state.rows(),
-                    state.cols()
-                ))
-                .file(path)
-                .help("all states of a window need the basis of the window"));
-            }
-        }
-        let name = if single { section.name.clone() } else { format!("{}-{}", section.name, window.name) };
         let glass = if let Filled::Glass(pane) = &filled { Some(*pane) } else { None };
         let shade = match &glass {
-            Some(pane) => Some(Shade::of_pane(&window, pane)),
-            None => Shade::read(project, section, &window, warnings)?,
+            Some(pane) => Some(Shade::of_pane(window, pane)),
+            None => Shade::read(project, section, window, warnings)?,
         };
-        let shape = "D has a row per bin and a column per patch, the ground first";
-        let daylight = section.daylight.as_ref().map(|d| Imported::load(d, bins, patches, shape)).transpose()?;
-        windows.push(ProjectWindow {
-            name,
-            parts: vec![window.clone()],
-            division: Division::of(section),
-            window,
+        // Of layers the clear view is on the diagonal of T.
+        let own_pane = own_pane.map(|data| SunPane { data, inputs: *Fingerprint::new("pane of layers").add(&transmission.data()) });
+        let state = WindowState {
+            name: name.to_string(),
             transmission,
             made_of: filled.describe(section),
             glass,
-            states: states.clone(),
             shade,
-            pane: named_pane.clone().or(own_pane),
-            daylight,
-        });
-        read = Some(filled);
+            pane: self.tensor_tree.clone().or(own_pane),
+        };
+        self.data = Some(filled).filter(|f| matches!(f, Filled::Data(..)));
+        Ok(state)
     }
-    Ok(windows)
-}
-
-/// A state of the façade: the file's name without its ending, and T.
-fn read_state(path: &Path, warnings: &mut Warnings) -> Result<(String, Matrix<f64>)> {
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let bsdf = bsdf::read(path, warnings)?;
-    checked(&bsdf, path, warnings)?;
-    Ok((name, in_colour(bsdf::transmission_matrix(&bsdf).map_err(|e| e.file(path))?)))
 }
 
 /// Scattering data as the sun meets them: with their through-peak, if they have one, as a clear view.
-fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<PaneBsdf> {
+fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<SunPane> {
     let scattering = checked(&bsdf::read(file, warnings)?, file, warnings)?;
     if scattering.lobe(Component::TransmissionFront).is_none() {
         return Err(Error::new("the BSDF has no transmission of wavelength Visible, so no sun passes it")
             .file(file)
             .help("use a file with Visible / Transmission Front or Transmission Back"));
     }
-    Ok(if scattering.has_peak() { PaneBsdf::PeakBsdf(scattering) } else { PaneBsdf::Bsdf(scattering) })
+    let inputs = *Fingerprint::new("pane").add_values(&crate::files::read(file)?);
+    let data = if scattering.has_peak() { PaneBsdf::PeakBsdf(scattering) } else { PaneBsdf::Bsdf(scattering) };
+    Ok(SunPane { data, inputs })
 }
 
 /// Sensors must see some window from its room side, or the normals point the wrong way. Windows that no sensor

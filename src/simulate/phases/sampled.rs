@@ -12,6 +12,7 @@ use crate::scene::points::Sensor;
 use crate::scene::{GlazedWindow, Window};
 use crate::simulate::context::{Context, Ledger, Seconds, Traced};
 use crate::simulate::inputs::import;
+use crate::simulate::inputs::windows::WindowState;
 use crate::simulate::inputs::{Inputs, split};
 use crate::simulate::phases::sky::sun_alone;
 use crate::simulate::plan::presets::{SHARE_OF_SENSORS, SHARE_OF_VIEW, coefficient_options, daylight_options, view_options};
@@ -120,9 +121,7 @@ pub(crate) fn sampled(context: &Context<'_>, ledger: &mut Ledger, sky: &Matrix<f
         // What is sampled next depends on all of it.
         for source in &mut sources {
             source.inputs.add(&"adaptive").add(&sky.data());
-            for window in &inputs.windows {
-                source.inputs.add(&window.transmission.data());
-            }
+            inputs.add_transmissions(&mut source.inputs);
         }
     }
     let five = context.choice.phases == 5;
@@ -319,11 +318,21 @@ fn keep_daylight(
             context.store.save(&name, &matrix, inputs, "daylight matrix, rows the bins of the window's parts, columns patches")?;
         }
     }
-    let t = window.transmission.map(|v| v as f32);
-    let transmission_inputs = *Fingerprint::new("T").add(&t.data());
-    let t_name = format!("T_{}", window.name);
-    if !context.store.has_matrix(&t_name, transmission_inputs) {
-        context.store.save(&t_name, &t, transmission_inputs, "transmission, rows outgoing bins, columns incident bins")?;
+    // Of a façade that moves, T of each state that it is ever in.
+    let uses: Vec<(String, &Matrix<f64>)> = match window.group.filter(|_| context.inputs.uses(index).len() > 1) {
+        None => vec![(format!("T_{}", window.name), &window.transmission)],
+        Some(group) => {
+            let of = |s: &WindowState| format!("T_{}@{}", window.name, s.name);
+            let used = context.inputs.schedule.used(group);
+            used.iter().map(|s| &window.states[usize::from(*s)]).map(|s| (of(s), &s.transmission)).collect()
+        }
+    };
+    for (name, t) in uses {
+        let t = t.map(|v| v as f32);
+        let inputs = *Fingerprint::new("T").add(&t.data());
+        if !context.store.has_matrix(&name, inputs) {
+            context.store.save(&name, &t, inputs, "transmission, rows outgoing bins, columns incident bins")?;
+        }
     }
     ledger.note(&name, [total.rows(), total.cols()], !traced, ledger.seconds.daylight, of(daylight));
     Ok(())

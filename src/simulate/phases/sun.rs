@@ -22,12 +22,18 @@ pub(crate) enum Way {
     Anywhere,
 }
 
-/// Sun matrix of these sensors, kept per group as `C_GROUP`, or that of an earlier run, and whether
-/// it was traced now.
+/// Sun matrix of these sensors, kept per group as `C_GROUP` with what stands behind (`@WINDOWS@STATE` of a façade that
+/// moves), or that of an earlier run, and whether it was traced now.
 ///
 /// # Errors
 /// Failures of device and file system, or when stopped.
-pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &SunSet, way: Way) -> Result<(SunMatrix, bool)> {
+pub(crate) fn sun_matrix(
+    context: &Context<'_>,
+    groups: &[SensorGroup],
+    suns: &SunSet,
+    way: Way,
+    behind: &str,
+) -> Result<(SunMatrix, bool)> {
     let (project, inputs) = (context.project, context.inputs);
     let mut fingerprint = context.scene_fingerprint("C");
     let shaded = inputs.shaded_windows();
@@ -50,21 +56,21 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
             fingerprint.add(&(&glazed.window.triangles, glazed.window.frame.z, glazed.pane));
         }
     }
-    add_scattering_data(context, &mut fingerprint)?;
+    add_scattering_data(context, &mut fingerprint);
     for shade in inputs.shades() {
         fingerprint.add(&shade.scene.materials).add_values(&shade.scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>());
     }
     let files = groups.iter().map(|g| (g.name.as_str(), g.sun.as_deref(), g.sensors.len()));
     if let Some(given) = import::sun_matrices(files, suns)? {
-        keep(context, &given, groups, *Fingerprint::new("C imported").add_values(given.total.data()))?;
+        keep(context, &given, groups, behind, *Fingerprint::new("C imported").add_values(given.total.data()))?;
         write_suns(context, suns)?;
         return Ok((given, false));
     }
-    if let Some(matrix) = kept(context, fingerprint, groups, suns.suns.len()) {
+    if let Some(matrix) = kept(context, fingerprint, groups, behind, suns.suns.len()) {
         return Ok((matrix, false));
     }
     let scene = black_model(&inputs.scene, inputs.shades());
-    let stage = context.store.stage("C", fingerprint, context.progress);
+    let stage = context.store.stage(&format!("C{behind}"), fingerprint, context.progress);
     let mut matrix = if way == Way::Anywhere {
         let mut matrix = compute(context.device, &scene, Openings::Anywhere, &sensors, &suns.suns, &options, &stage)?;
         matrix.add(&compute_suns(context.device, &inputs.scene, &glazed, &sensors, &suns.suns, &lights, &stage)?);
@@ -78,7 +84,7 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
         let openings = Openings::Panes(&panes);
         matrix.add(&compute(context.device, &scene, openings, &sensors, &suns.suns, &pane_options(project), &stage)?);
     }
-    keep(context, &matrix, groups, fingerprint)?;
+    keep(context, &matrix, groups, behind, fingerprint)?;
     stage.finish();
     Ok((matrix, true))
 }
@@ -86,22 +92,22 @@ pub(crate) fn sun_matrix(context: &Context<'_>, groups: &[SensorGroup], suns: &S
 /// Endings of the files of a sun matrix.
 const PARTS: [&str; 4] = ["", "_direct", "_own_standard_error", "_shared_standard_error"];
 
-fn keep(context: &Context<'_>, matrix: &SunMatrix, groups: &[SensorGroup], inputs: Fingerprint) -> Result<()> {
+fn keep(context: &Context<'_>, matrix: &SunMatrix, groups: &[SensorGroup], behind: &str, inputs: Fingerprint) -> Result<()> {
     let all = [&matrix.total, &matrix.direct, &matrix.own_error, &matrix.shared_error];
     for (suffix, part) in PARTS.iter().zip(all) {
         for (group, rows) in groups.iter().zip(split(part, groups)) {
             let about = "sun matrix, rows sensors, columns the suns of suns.rad";
-            context.store.save(&format!("C_{}{suffix}", group.name), &rows, inputs, about)?;
+            context.store.save(&format!("C_{}{behind}{suffix}", group.name), &rows, inputs, about)?;
         }
     }
     Ok(())
 }
 
-fn kept(context: &Context<'_>, inputs: Fingerprint, groups: &[SensorGroup], suns: usize) -> Option<SunMatrix> {
+fn kept(context: &Context<'_>, inputs: Fingerprint, groups: &[SensorGroup], behind: &str, suns: usize) -> Option<SunMatrix> {
     let together = |suffix: &str| {
         let (mut data, mut rows) = (Vec::new(), 0);
         for group in groups {
-            let part = context.store.load(&format!("C_{}{suffix}", group.name), inputs, (group.sensors.len(), suns, 3))?;
+            let part = context.store.load(&format!("C_{}{behind}{suffix}", group.name), inputs, (group.sensors.len(), suns, 3))?;
             rows += part.rows();
             data.extend(part.into_data());
         }
@@ -126,16 +132,8 @@ pub(crate) fn write_suns(context: &Context<'_>, suns: &SunSet) -> Result<()> {
 }
 
 /// Adds the scattering data that suns are traced through.
-///
-/// # Errors
-/// A file that cannot be read any more.
-pub(crate) fn add_scattering_data(context: &Context<'_>, fingerprint: &mut Fingerprint) -> Result<()> {
-    for file in context.project.windows.iter().filter_map(|w| w.tensor_tree.as_deref()) {
-        fingerprint.add_values(&crate::files::read(file)?);
+pub(crate) fn add_scattering_data(context: &Context<'_>, fingerprint: &mut Fingerprint) {
+    for pane in context.inputs.windows.iter().filter_map(|w| w.pane.as_ref()) {
+        fingerprint.add_all_of(pane.inputs);
     }
-    // Of layers the clear view is on the diagonal of T.
-    for window in context.inputs.windows.iter().filter(|w| w.pane.is_some()) {
-        fingerprint.add(&window.transmission.data());
-    }
-    Ok(())
 }

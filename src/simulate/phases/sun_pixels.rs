@@ -1,8 +1,8 @@
 //! Suns in the pictures of a project: for every sun that the hours asked for need, a sparse picture
 //! on disk, from which the pictures of the hours take what they show.
 
+use super::facade_suns::FacadeSuns;
 use super::picture_sets;
-use super::sun::add_scattering_data;
 use crate::camera::{Camera, Raster};
 use crate::error::{Error, Result};
 use crate::kernels::sun_matrix::Sun;
@@ -43,23 +43,31 @@ impl Shown {
     }
 }
 
-/// Pictures of all suns that `hours` need, or those of an earlier run if their inputs are the same.
+/// Pictures of all suns that `hours` need, or those of an earlier run if their inputs are the same; `behind` stands behind
+/// the name of their file.
 ///
 /// # Errors
 /// Failures of device and file system, or when stopped.
 pub(crate) fn sun_pictures(
     context: &Context<'_>,
-    suns: &SunSet,
+    suns: &FacadeSuns,
     view: &ViewSection,
     shown: &Shown,
     hours: &[usize],
+    behind: &str,
     statistics: &mut TraceStatistics,
 ) -> Result<SunPictures> {
     let mut inputs = context.scene_fingerprint("C of pictures");
-    for window in &context.inputs.windows {
-        inputs.add(&(&window.window.triangles, &window.window.frame)).add(&window.shade);
+    // What suns pass in each combination of states.
+    for states in &suns.combinations {
+        for window in &context.inputs.windows {
+            let state = window.group.map(|group| &window.states[usize::from(states[group])]);
+            let (shade, pane) = state.map_or((&window.shade, &window.pane), |s| (&s.shade, &s.pane));
+            inputs.add(&(&window.window.triangles, &window.window.frame)).add(shade).add(&pane.as_ref().map(|p| p.inputs));
+        }
     }
-    add_scattering_data(context, &mut inputs)?;
+    let combinations = &suns.combinations;
+    let (suns, places) = (&suns.set, &suns.places);
     let mut needed: Vec<usize> = hours.iter().filter_map(|&h| Some((*suns.hours.get(h)?)?.0)).collect();
     needed.sort_unstable();
     needed.dedup();
@@ -67,11 +75,11 @@ pub(crate) fn sun_pictures(
     let name = match shown {
         Shown::Picture(raster) => {
             inputs.add(raster);
-            view.name.clone()
+            format!("{}{behind}", view.name)
         }
         Shown::Discs(camera) => {
             inputs.add(camera);
-            format!("{}_eye", view.name)
+            format!("{}_eye{behind}", view.name)
         }
     };
     inputs.add(&options).add(&suns.suns).add(&suns.hours);
@@ -89,22 +97,25 @@ pub(crate) fn sun_pictures(
     if context.store.has(&path, &fits) {
         return SunPictures::open(&path).map(|kept| kept.pictures);
     }
-    let lit = {
-        let mut lit = context.inputs.scene.clone();
-        context.inputs.shades().for_each(|s| add(&mut lit, &s.scene));
-        lit
-    };
-    let black = black_model(&context.inputs.scene, context.inputs.shades());
-    let shaded = context.inputs.shaded_windows();
-    let panes = context.inputs.pane_windows();
-    let first_shade = context.inputs.scene.materials.len() as u32;
-    let models = Models { lit: &lit, black: &black, first_shade, shaded: &shaded, panes: &panes };
     let group = (GROUP_BYTES / (shown.pixels() * PIXEL_BYTES).max(1)).clamp(1, MOST_SUNS);
     let kept = context.store.stage(&format!("C_{name}"), *inputs.clone().add(&needed), context.progress);
     write(&path, suns, &inputs.to_string(), [shown.pixels(), needed.len()], &mut |out, fault| {
-        for (part, numbers) in needed.chunks(group).enumerate() {
+        let chunks = || needed.chunk_by(|a, b| places[*a].0 == places[*b].0).flat_map(|alike| alike.chunks(group));
+        let mut made = None;
+        for (part, numbers) in chunks().enumerate() {
+            let combination = places[numbers[0]].0;
+            if made.as_ref().is_none_or(|(of, ..)| *of != combination) {
+                let facade = context.inputs.in_states(&combinations[combination]);
+                let mut lit = facade.scene.clone();
+                facade.shades().for_each(|s| add(&mut lit, &s.scene));
+                made = Some((combination, black_model(&facade.scene, facade.shades()), lit, facade));
+            }
+            let Some((_, black, lit, facade)) = &made else { unreachable!("made above") };
+            let (shaded, panes) = (facade.shaded_windows(), facade.pane_windows());
+            let first_shade = facade.scene.materials.len() as u32;
+            let models = Models { lit, black, first_shade, shaded: &shaded, panes: &panes };
             let traced: Vec<Sun> = numbers.iter().map(|&n| suns.suns[n]).collect();
-            let stage = Part::of(context.progress, part, needed.len().div_ceil(group));
+            let stage = Part::of(context.progress, part, chunks().count());
             let bytes = kept.unit(&format!("suns {numbers:?}"), &mut || {
                 let pictures = match shown {
                     Shown::Picture(raster) => pixels::compute(context.device, &models, raster, &traced, &options, &stage, statistics)?,

@@ -12,7 +12,7 @@ use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::sun_matrix::SunOptions;
 use crate::random::Random;
 use crate::scene::{MaterialKind, Triangle};
-use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::{Inputs, ProjectWindow};
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::project::Project;
 use crate::simulate::project::glare::GlareMethod;
@@ -241,11 +241,11 @@ fn sun_picture_rays(project: &Project, inputs: &Inputs, pixels: usize, suns: usi
     let o = sun_picture_options(project);
     let pairs = |batches: u32| (pixels * suns) as f64 * f64::from(batches);
     let mut rays = 0.0;
-    if inputs.windows.iter().any(|w| w.shade.is_some()) {
+    if inputs.any_window(|w| w.shade.is_some()) {
         let s = o.slats;
         rays += pairs(s.batches) * PIXEL_TO_SUN.rays(s.disc_samples, s.paths);
     }
-    if inputs.windows.iter().any(|w| w.pane.is_some()) {
+    if inputs.any_window(|w| w.pane.is_some()) {
         // Rays to the cells serve all suns.
         let p = o.panes;
         rays += pixels as f64 * f64::from(p.batches) * f64::from(p.cells) + pairs(p.batches) * PIXEL_TO_SUN.rays(p.disc_samples, 0);
@@ -292,10 +292,35 @@ pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, l
         let phase = PhasePlan::new("illuminance".into(), (count, "sensors"), (steps, "steps"));
         all.push(phase.worked(work * slow::PRODUCT));
     }
+    all.extend(state_costs(project, inputs, suns, count, lit));
     for view in &project.views {
         all.extend(view_costs(project, inputs, view, suns, lit)?);
     }
     Ok(all)
+}
+
+/// What the states of the façade add for sensors: the light of each, and its suns.
+fn state_costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, sensors: usize, lit: usize) -> Vec<PhasePlan> {
+    let groups = inputs.facade.groups();
+    let states: usize = groups.iter().map(|g| g.states.len()).sum();
+    if sensors == 0 || groups.iter().all(|g| g.states.len() < 2) {
+        return Vec::new();
+    }
+    let mut all = Vec::new();
+    if let Some(suns) = suns {
+        let needed = suns.census.needed;
+        // Each thing that suns pass has all suns, but the one that is traced above.
+        let ways = inputs.ways_of_suns();
+        let more = if inputs.moves() { ways.saturating_sub(1) } else { ways } as f64;
+        let phase = PhasePlan::new("Cds of states".into(), (sensors, "sensors"), (ways * needed, "suns"));
+        let scattered = pane_entries(inputs, &pane_options(project), sensors, needed) * slow::PANE_ENTRY;
+        all.push(phase.traced(more * sun_rays(project, inputs, sensors, needed), slow::SUN_RAY).worked(more * scattered));
+    }
+    let bins = inputs.bins() as f64 * if suns.is_some() { 2.0 } else { 1.0 };
+    let work = 3.0 * bins / groups.len() as f64 * (states * sensors * lit) as f64;
+    let phase = PhasePlan::new("light of states".into(), (states * sensors, "sensors"), (inputs.weather.records.len(), "steps"));
+    all.push(phase.worked(work * slow::PRODUCT));
+    all
 }
 
 /// Rays of Cds of sensors.
@@ -303,9 +328,9 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
     let o = sun_options(project);
     let pairs = (sensors * suns) as f64;
     let mut rays = 0.0;
-    if inputs.windows.iter().any(|w| w.shade.is_some()) || inputs.choice(project).direct {
+    if inputs.any_window(|w| w.shade.is_some()) || inputs.choice(project).direct {
         // Panes alone scatter nothing.
-        let scatters = inputs.windows.iter().any(|w| w.shade.is_some() && w.glass.is_none());
+        let scatters = inputs.any_window(|w| w.shade.is_some() && w.glass.is_none());
         let each = if scatters { SENSOR_TO_SUN.rays(o.disc_samples, o.paths) } else { SENSOR_TO_BARE_SUN.rays(o.disc_samples, 1) };
         rays += pairs * f64::from(o.batches) * each;
     }
@@ -318,7 +343,7 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
         rays += paths * (LIGHT_PATH_SEGMENTS + SUN_START_SEGMENTS);
         rays += pairs * f64::from(lights.batches) * f64::from(lights.visibility_rays) * gathered;
     }
-    if inputs.windows.iter().any(|w| w.pane.is_some()) {
+    if inputs.any_window(|w| w.pane.is_some()) {
         let p = pane_options(project);
         rays += sensors as f64 * f64::from(p.batches) * f64::from(p.cells)
             + pairs * f64::from(p.batches) * SENSOR_TO_SUN.rays(p.disc_samples, 0);
@@ -328,7 +353,7 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
 
 /// Values of scattering functions between suns, cells of panes, and so many sensors or pixels.
 fn pane_entries(inputs: &Inputs, options: &SunOptions, receivers: usize, suns: usize) -> f64 {
-    let has_pane = inputs.windows.iter().any(|w| w.pane.is_some());
+    let has_pane = inputs.any_window(|w| w.pane.is_some());
     let cells = f64::from(options.batches) * f64::from(options.cells);
     if has_pane { (receivers * suns) as f64 * cells } else { 0.0 }
 }
@@ -363,7 +388,7 @@ fn view_costs(project: &Project, inputs: &Inputs, view: &ViewSection, suns: Opti
         all.push(phase.traced(view_rays(project, inputs, 1), slow::VIEW_RAY));
     }
     let has_pictures = method.is_some_and(GlareMethod::has_pictures);
-    if let Some(suns) = suns.filter(|_| inputs.windows.iter().any(|w| w.is_sunny()))
+    if let Some(suns) = suns.filter(|_| inputs.any_window(ProjectWindow::is_sunny))
         && (has_pictures || !pictured.is_empty() || project.images.components)
     {
         // Glare needs all of them.
@@ -388,7 +413,8 @@ fn view_costs(project: &Project, inputs: &Inputs, view: &ViewSection, suns: Opti
         all.push(phase.worked(pictured.len() as f64 * (products + pixels as f64 * slow::PICTURE_PIXEL)));
     }
     if has_pictures {
-        let states = inputs.windows.iter().map(|w| w.states.len()).max().unwrap_or(0).max(1);
+        let alone = inputs.states_alone(project).len();
+        let states = alone + usize::from(project.control.is_given || alone == 0);
         let noise = (bins * inputs.sky(project).len()) as f64 * slow::GLARE_NOISE;
         let each = slow::GLARE_HOUR + slow::GLARE_TILES * (products + seen as f64 * slow::GLARE_PIXEL) + noise;
         let phase = PhasePlan::new(format!("glare of {name}"), (states, "states"), (lit, "steps"));

@@ -10,6 +10,7 @@ use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::trace::{TraceTables, WindowSurfaces};
 use crate::scene::Window;
 use crate::simulate::inputs::parts::errors_of_wholes;
+use crate::simulate::inputs::shade::Shade;
 use crate::simulate::inputs::suns::SunCensus;
 use crate::simulate::inputs::{Inputs, ProjectWindow};
 use crate::simulate::project::Project;
@@ -100,25 +101,37 @@ fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
     lines.push(format!("scene: {} triangles of {} materials, the only ones read", scene.triangles.len(), scene.materials.len()));
     let wholes = errors_of_wholes(project, inputs);
     for (window, whole) in inputs.windows.iter().zip(&wholes) {
-        let shade = match (&window.shade, &window.pane) {
-            (Some(_), _) if window.glass.is_some() => "the sun through the pane itself".to_string(),
-            (Some(shade), _) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
-            (None, Some(_)) => "the sun through its scattering data".to_string(),
-            (None, None) => "the sun in patches of the sky, by its BSDF".to_string(),
-        };
         let [azimuth, altitude] = window.window.faces();
         let tilt = if altitude == 0.0 { String::new() } else { format!(" and {altitude}° up") };
         let parts = window.division.describe().map_or_else(String::new, |parts| format!(" in each of {parts}"));
-        lines.push(format!(
-            "window {}: {:.2} m² facing {azimuth}°{tilt}, {}, {} bins{parts}, {shade}",
-            window.name,
-            window.window.area(),
-            window.made_of,
-            window.window.basis.len()
-        ));
+        let (name, area, bins) = (&window.name, window.window.area(), window.window.basis.len());
+        let start = format!("window {name}: {area:.2} m² facing {azimuth}°{tilt}");
+        match window.group {
+            None => {
+                let shade = way_of_suns(window.glass.is_some(), window.shade.as_ref(), window.pane.is_some());
+                lines.push(format!("{start}, {}, {bins} bins{parts}, {shade}", window.made_of));
+            }
+            Some(group) => {
+                let group = &inputs.facade.groups()[group].name;
+                lines.push(format!("{start}, {bins} bins{parts}, of group '{group}'"));
+                lines.extend(window.states.iter().map(|state| {
+                    let shade = way_of_suns(state.glass.is_some(), state.shade.as_ref(), state.pane.is_some());
+                    format!("window {name}, state '{}': {}, {shade}", state.name, state.made_of)
+                }));
+            }
+        }
         lines.extend(parts_of(window, *whole));
     }
     lines.extend(inputs.glass_left.iter().cloned());
+    for (number, group) in inputs.facade.groups().iter().enumerate() {
+        let length = inputs.weather.steps().length;
+        let hours = inputs.schedule.hours(number, group.states.len(), length, None);
+        let used = group.states.iter().zip(hours).filter(|(_, hours)| *hours > 0.0);
+        let used: Vec<String> = used.map(|(state, hours)| format!("'{state}' for {hours} h")).collect();
+        let moves = inputs.schedule.moves(number);
+        let times = if moves > 0 { format!(", moves {moves} times") } else { ", never moves".into() };
+        lines.push(format!("group {}: {} states, in {}{times}", group.name, group.states.len(), used.join(", ")));
+    }
     for group in &inputs.sensors {
         let how = if direct { ", each sees the sky itself, through all glass and by any way" } else { "" };
         let quantity = project.output.quantity;
@@ -130,6 +143,15 @@ fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
         lines.extend(project.views.iter().map(|view| format!("view {}: {pictures}", view.name)));
     }
     lines
+}
+
+fn way_of_suns(is_glass: bool, shade: Option<&Shade>, has_pane: bool) -> String {
+    match shade {
+        Some(_) if is_glass => "the sun through the pane itself".to_string(),
+        Some(shade) => format!("the sun through {} triangles of its shade", shade.scene.triangles.len()),
+        None if has_pane => "the sun through its scattering data".to_string(),
+        None => "the sun in patches of the sky, by its BSDF".to_string(),
+    }
 }
 
 /// What dividing a window does, or would do.
@@ -194,7 +216,7 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
                 "hours in which much of a sensor's light comes so are less certain than stated",
             );
         }
-        if inputs.windows.iter().all(|w| w.pane.is_none()) {
+        if !inputs.any_window(|w| w.pane.is_some()) {
             leave("scattering data in rays to suns".into(), "no window has a tensor tree", "its kernels".into(), EXACT);
         }
     } else {
@@ -246,7 +268,8 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
     if !features.specular && !features.glass {
         leave("paths to mirrors".into(), "nothing reflects or transmits other than diffusely", "paths that find none".into(), EXACT);
     }
-    let panes = inputs.shades().any(|s| s.scene.materials.iter().any(|m| matches!(m.kind, crate::scene::MaterialKind::Glass { .. })));
+    let shades = inputs.windows_in_use();
+    let panes = shades.iter().filter_map(|w| w.shade.as_ref()).any(|s| s.scene.materials.iter().any(|m| matches!(m.kind, crate::scene::MaterialKind::Glass { .. })));
     if plan.phases == 5 && !panes && !features.glass {
         let because = "neither scene nor shades have glass";
         leave("panes, in the rays to suns".into(), because, "the shaders' loops through panes".into(), EXACT);

@@ -1,53 +1,34 @@
 //! Faults between sections of a project.
 
 use super::Project;
-use super::views::ImageHours;
 use crate::error::{Error, Result};
 
 impl Project {
-    /// Windows with several states change them together.
-    pub(super) fn states_match(&self) -> Result<()> {
-        let mut changing = self.windows.iter().filter(|w| !w.states.is_empty());
-        let Some(first) = changing.next() else { return Ok(()) };
-        match changing.find(|w| w.states.len() != first.states.len()) {
-            None => Ok(()),
-            Some(other) => {
-                let [(a, n), (b, m)] = [(&first.name, first.states.len()), (&other.name, other.states.len())];
-                let text = format!("window '{a}' has {n} states, '{b}' has {m}");
-                let help = "give all windows with states the same number: the first of each belong together, and so on";
-                Err(self.places.window.of(Error::new(text)).help(help))
-            }
-        }
-    }
-
     /// Faults that depend on the number of phases.
     ///
     /// # Errors
-    /// States whose results are not computed, matrices and pictures made elsewhere that do not fit the phases.
+    /// Matrices and pictures made elsewhere that do not fit the phases, or the states of the windows.
     pub(in crate::simulate) fn check_phases(&self, phases: u32) -> Result<()> {
         self.views_match(phases)?;
-        self.states_have_results(phases)?;
+        self.suns_are_of_one_state(phases)?;
         self.imports_match(phases)
     }
 
-    /// Glare alone is computed for each state; anything else would be that of the first.
-    fn states_have_results(&self, phases: u32) -> Result<()> {
-        let Some(window) = self.windows.iter().find(|w| w.states.len() > 1) else { return Ok(()) };
-        const HELP: &str =
-            "write a project for each state, with 'bsdf' in place of 'states'; 'lucarne run A.toml B.toml' traces what they share once";
-        if let Some(sunny) = self.windows.iter().find(|w| w.lets_suns_through()).filter(|_| phases == 5) {
-            let text = format!("the sun would be traced through the shade or tensor tree of window '{}' in all states", sunny.name);
-            return Err(self.places.window.of(Error::new(text)).help(format!("{HELP}; each with its own shade or tensor_tree")));
+    /// Suns made elsewhere passed the windows in one state.
+    fn suns_are_of_one_state(&self, phases: u32) -> Result<()> {
+        let Some(window) = self.windows.iter().find(|w| w.states.len() > 1).filter(|_| phases == 5) else { return Ok(()) };
+        let sensors = self.sensors.iter().find(|s| s.sun.is_some()).map(|s| (&self.places.sensors, &s.name, "a sun matrix"));
+        let view = self.views.iter().find(|v| v.given.sun.is_some()).map(|v| (&self.places.view, &v.name, "pictures of suns"));
+        match sensors.or(view) {
+            None => Ok(()),
+            Some((place, name, what)) => Err(place
+                .of(Error::new(format!(
+                    "'{name}' has {what} made elsewhere, which passed the windows in one state, but window '{}' has {} states",
+                    window.name,
+                    window.states.len()
+                )))
+                .help("take 'sun' out, then suns are traced for each state; or make a project for each state, with its filling in place of the states")),
         }
-        let (place, what) = if !self.sensors.is_empty() {
-            (&self.places.sensors, "illuminance")
-        } else if self.images.hours != ImageHours::None || self.images.components {
-            (&self.places.images, "a picture")
-        } else {
-            return Ok(());
-        };
-        let text = format!("window '{}' has {} states, but {what} is computed for one state only", window.name, window.states.len());
-        Err(place.of(Error::new(text)).help(HELP))
     }
 
     /// Five phases need the direct parts of matrices too, and only they need suns.

@@ -91,6 +91,8 @@ fn find(scene: &Scene, scattering: &[ScatteringData], place: &Place) -> Result<F
         };
         let window = panes.window(scene, &name, along, &parameters, &mut warnings)?;
         found.windows.push(WindowSection {
+            group: name.clone(),
+            group_place: place.clone(),
             name,
             surface: origin.file,
             filling,

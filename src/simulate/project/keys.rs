@@ -136,7 +136,7 @@ pub const SECTIONS: &[Section] = &[
     Section {
         name: "window",
         repeated: true,
-        meaning: "A window. Without any, panes of glass and surfaces of `BSDF` and `aBSDF` between indoors and the sky are taken for windows. Exactly one of `glass`, `bsdf`, `glazing`, `states` says what it is made of.",
+        meaning: "A window. Without any, panes of glass and surfaces of `BSDF` and `aBSDF` between indoors and the sky are taken for windows. Exactly one of `glass`, `bsdf`, `glazing`, `interpolate`, `states`, `[[window.state]]` says what it is made of.",
         keys: &[
             key("name", "text", "required", "Its name in results and messages."),
             key("surface", "path, `FILE#PART` of models", "required", "Its polygons, whose normals point into the room."),
@@ -148,7 +148,19 @@ pub const SECTIONS: &[Section] = &[
             ),
             key("bsdf", "path: XML", "–", "Scattering data."),
             key("glazing", "list of layers, from outside to inside", "–", "Layers in the words of `lucarne bsdf layer`."),
-            key("states", "list of paths: XML", "–", "Scattering data of each state of the façade; glare is computed for each."),
+            key(
+                "interpolate",
+                "[path, path, 0 … 1]: XML",
+                "–",
+                "Scattering data so far on the way from the first file's to the second's, in every value.",
+            ),
+            key("states", "list of paths: XML", "–", "Short for `[[window.state]]` with `bsdf`, named after the files."),
+            key(
+                "group",
+                "text",
+                "the window's name",
+                "Windows of one group change their states together; these have the same names in the same order.",
+            ),
             key("shade", "path", "–", "Real slats and panes that five phases trace the sun through."),
             key("tensor_tree", "path: XML", "–", "Scattering data of high resolution that five phases trace the sun through."),
             key("daylight", "path: matrix", "traced", "D made elsewhere: rows bins, columns patches, the ground first."),
@@ -160,6 +172,31 @@ pub const SECTIONS: &[Section] = &[
                 "Parts over each of which V and D are averages; `auto`: as many as a first look at what shades the window says.",
             ),
         ],
+    },
+    Section {
+        name: "window.state",
+        repeated: true,
+        meaning: "A state of the window above it, in place of what the window is made of. View and daylight matrices are computed once for all states.",
+        keys: &[
+            key("name", "text", "required", "Its name in results and schedules."),
+            key("glass", "as of `[[window]]`", "–", "A clear pane, which suns are traced through."),
+            key("bsdf", "path: XML", "–", "Scattering data."),
+            key("glazing", "as of `[[window]]`", "–", "Layers."),
+            key("interpolate", "as of `[[window]]`", "–", "Scattering data between two files'."),
+            key("shade", "path", "–", "Real slats and panes that five phases trace the sun through in this state."),
+            key("tensor_tree", "path: XML", "–", "Scattering data of high resolution that five phases trace the sun through in this state."),
+        ],
+    },
+    Section {
+        name: "control",
+        repeated: false,
+        meaning: "The state of each group of windows in every time step; illuminance, pictures, glare and metrics follow it. Each key is a group.",
+        keys: &[key(
+            "GROUP",
+            "path: CSV with a state per time step or hour of the year, or the name of a state",
+            "the group's first state",
+            "What decides the state of this group of windows.",
+        )],
     },
     Section {
         name: "sensors",
@@ -321,7 +358,7 @@ mod tests {
         let described: BTreeSet<(String, String)> = SECTIONS
             .iter()
             .flat_map(|s| s.keys.iter().map(|k| (s.name.to_string(), k.name.to_string())))
-            .chain(SECTIONS.iter().map(|s| (String::new(), s.name.to_string())))
+            .chain(SECTIONS.iter().map(|s| s.name.rsplit_once('.').unwrap_or(("", s.name))).map(|(of, name)| (of.to_string(), name.to_string())))
             .collect();
         let count: usize = SECTIONS.iter().map(|s| s.keys.len() + 1).sum();
         assert_eq!(described.len(), count, "a section or key stands twice");
@@ -333,6 +370,7 @@ mod tests {
         std::fs::write(folder.path().join("v.vf"), "rvu -vta -vh 180 -vv 180\n").unwrap();
         let text = "[weather]\nsite = [46, 11, 15]\n[[moment]]\nname = \"n\"\nsky = \"cie clear\"\ndate = \"03-21T12:00\"\n\
                     [scene]\nfiles = [\"r.rad\"]\n[[window]]\nname = \"w\"\nsurface = \"w.rad\"\nbsdf = \"b.xml\"\n\
+                    [[window]]\nname = \"m\"\nsurface = \"w.rad\"\n[[window.state]]\nname = \"a\"\nglass = 0.5\n[control]\nm = \"a\"\n\
                     [[sensors]]\nname = \"s\"\npoints = \"p.txt\"\n[[view]]\nname = \"v\"\nfile = \"v.vf\"\n\
                     [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[metrics]\n[images]\n[method]\n[quality]\n[output]\n";
         let file = folder.path().join("p.toml");

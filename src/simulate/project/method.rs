@@ -124,7 +124,7 @@ pub struct Asked<'a> {
 impl Asked<'_> {
     /// Whether sensors can do without bins at the windows.
     fn can_be_direct(&self) -> bool {
-        self.sensors && !self.given && self.windows.iter().all(|w| w.filling.is_glass())
+        self.sensors && !self.given && self.windows.iter().all(|w| w.filling.is_glass() && w.states.is_empty())
     }
 }
 
@@ -134,6 +134,13 @@ const NO_WINDOW: &str = "add [[window]] with name, surface and glass = 0.65, or 
 
 impl Asked<'_> {
     fn check_direct(&self) -> Result<()> {
+        if let Some(moving) = self.windows.iter().find(|w| !w.states.is_empty()) {
+            return Err(Error::new(format!(
+                "phases = \"direct\" follows light through the panes as they are, but window '{}' has states",
+                moving.name
+            ))
+            .help("write phases = \"auto\" or 5: then view and daylight matrices serve all states, and suns pass what each is made of"));
+        }
         if let Some(other) = self.windows.iter().find(|w| !w.filling.is_glass()) {
             return Err(Error::new(format!(
                 "phases = \"direct\" follows light through clear glass, but window '{}' scatters it",
@@ -184,7 +191,7 @@ impl MethodSection {
         }
         method.bounces = table.integer("bounces", 0..=10_000)?.map(|b| b as u32);
         let shaded = windows.iter().find(|w| w.names_what_suns_pass());
-        let clear = windows.iter().any(|w| w.filling.is_clear());
+        let clear = windows.iter().any(WindowSection::lets_suns_through);
         if method.phases == Phases::Direct {
             asked.check_direct().map_err(|e| table.place("phases").of(e))?;
         }
@@ -246,10 +253,10 @@ impl MethodSection {
             Phases::Auto if shaded && !self.suns_are_given && glazing.spreads_suns => {
                 Choice::of(3, "the windows that suns could be traced through spread all light evenly")
             }
-            Phases::Auto if shaded && !named && windows.iter().any(|w| w.states.len() > 1) => {
-                Choice::of(3, "windows have several states, for which suns are not traced")
+            Phases::Auto if shaded && !named && !asked.sensors && windows.iter().any(WindowSection::has_states_of_data_alone) => {
+                Choice::of(3, "the states of windows are scattering data that suns are not traced through; phases = 5 traces those through glass")
             }
-            Phases::Auto if shaded && !named && windows.iter().any(|w| !w.filling.is_glass()) => {
+            Phases::Auto if shaded && !named && windows.iter().any(|w| !w.is_glass()) => {
                 Choice::of(5, "the sun is traced through the clear panes themselves; not all windows are 'glass', so none is 'direct'")
             }
             Phases::Auto if shaded && !named => Choice::of(5, "the sun is traced through the clear panes themselves"),

@@ -25,12 +25,21 @@
 //! name = "south"
 //! surface = "objects/GlazingVmtx.rad" # polygons whose normal points into the room
 //! glass = 0.65                        # a clear pane; "scene": as in the scene files; or one of these:
+//! # interpolate = ["clear.xml", "cloudy.xml", 0.5]  # scattering data half-way between two
 //! # bsdf = "bsdf/clear.xml"           # scattering data
 //! # glazing = ["glass:clear_6mm", "gap=16mm", "film.xml"]  # layers from outside to inside
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
 //! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
 //! # parts = "auto"                    # or 16, or [4, 4]: over what parts of it V and D are averaged; left out: 1
+//! # group = "south"                   # windows of one group change their states together; left out: its name
+//! # [[window.state]]                  # in place of glass, bsdf, …: any number, each with a name and these keys
+//! # name = "open"
+//! # glass = 0.65
+//! # [[window.state]]
+//! # name = "blind 45"
+//! # bsdf = "ven45.xml"
+//! # shade = "slats45.rad"
 //! [[sensors]]                         # any number
 //! name = "workplane"
 //! points = "points.txt"               # or, spread over a material, a named surface or a file of polygons:
@@ -47,6 +56,8 @@
 //! points = "seats.txt"
 //! [glare]                             # glare of all views, see glare_section
 //! method = "image"
+//! # [control]                         # states of the groups by time step, see control; left out: the first
+//! # south = "blinds.csv"
 //! [images]
 //! hours = "daylight"                  # "daylight" | "none" | [1164, 1929], hours of the year from 0
 //! [method]
@@ -72,6 +83,7 @@
 
 pub mod builder;
 mod check;
+pub(crate) mod control;
 mod document;
 mod found;
 pub mod given;
@@ -87,12 +99,14 @@ pub(crate) mod parts;
 pub mod quality;
 mod sections;
 mod spelling;
+pub(crate) mod states;
 mod table;
 mod view_grid;
 pub mod views;
 pub mod weather;
 
 pub use self::document::Place;
+use self::control::ControlSection;
 use self::document::Places;
 use self::found::Found;
 use self::glare::GlareSection;
@@ -109,6 +123,7 @@ use self::table::{Document, Table};
 use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
 pub(crate) use self::weather::WeatherSection;
+use crate::control::Facade;
 use crate::error::Result;
 use std::path::{Path, PathBuf};
 
@@ -128,6 +143,10 @@ pub struct Project {
     pub sensors: Vec<SensorsSection>,
     /// `[[view]]`, then those of `[[views]]`.
     pub views: Vec<ViewSection>,
+    /// Groups of the windows that have states.
+    pub facade: Facade,
+    /// `[control]`
+    pub control: ControlSection,
     /// `[glare]`, if there is one.
     pub glare: Option<GlareSection>,
     /// `[images]`
@@ -185,6 +204,8 @@ impl Project {
         for table in top.tables("views")? {
             views.extend(read_grid(table)?);
         }
+        let facade = states::facade(&windows, &top.place("window"))?;
+        let control = ControlSection::read(top.table("control")?, &facade)?;
         let glare = GlareSection::read(top.table("glare")?)?;
         let images = ImagesSection::read(top.table("images")?)?;
         if let (Some(place), Some(file)) = (model, scene.files.last()) {
@@ -242,10 +263,24 @@ impl Project {
         let places = Places { window, sensors: sensor, view, images: image };
         top.finish()?;
         let file = file.to_path_buf();
-        let project =
-            Self { file, weather, scene, windows, sensors, views, glare, images, method, quality, output, metrics, found, places };
-        project.states_match()?;
-        Ok(project)
+        Ok(Self {
+            file,
+            weather,
+            scene,
+            windows,
+            sensors,
+            views,
+            facade,
+            control,
+            glare,
+            images,
+            method,
+            quality,
+            output,
+            metrics,
+            found,
+            places,
+        })
     }
 }
 

@@ -53,6 +53,8 @@ impl NamedModel {
     pub fn windows(&self) -> Vec<WindowSection> {
         let section = |window: &honeybee::ModelWindow| WindowSection {
             name: window.window.name.clone(),
+            group: window.window.name.clone(),
+            group_place: self.place.clone(),
             surface: self.part(&window.window.name),
             filling: match &window.glazing {
                 ModelGlazing::Glass(_) => Filling::SceneGlass,

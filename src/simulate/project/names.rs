@@ -13,14 +13,20 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 /// A name that can be part of a file name on every system.
 pub(super) fn name(table: &mut Table<'_, '_>, help: &str) -> Result<String> {
     let name = table.required_string("name", help)?;
+    check(table, "name", &name)?;
+    Ok(name)
+}
+
+/// Whether a text can be such a name.
+pub(super) fn check(table: &Table<'_, '_>, key: &str, name: &str) -> Result<()> {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
     let ends_well = !name.starts_with(['.', ' ']) && !name.ends_with(['.', ' ']);
-    if !ends_well || name.len() > 100 || !name.chars().all(allowed) || is_device(&name) {
+    if !ends_well || name.len() > 100 || !name.chars().all(allowed) || is_device(name) {
         return Err(table
-            .error("name", format!("'{name}' cannot be part of a file name on every system"))
+            .error(key, format!("'{name}' cannot be part of a file name on every system"))
             .help("use letters, digits, '-', '_', and '.' or blanks within, at most 100; no name of a device (con, nul, com1)"));
     }
-    Ok(name)
+    Ok(())
 }
 
 fn is_device(name: &str) -> bool {

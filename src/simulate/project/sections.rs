@@ -1,8 +1,9 @@
 //! `[scene]`, `[[window]]`, `[[sensors]]`.
 
 use super::given::ImportSection;
-use super::names::name;
+use super::names::{check, name};
 use super::parts::Parts;
+use super::states::StateSection;
 use super::table::{Place, Table};
 use crate::error::Result;
 use crate::scene::grid::Spread;
@@ -27,9 +28,20 @@ pub enum Filling {
     SceneGlass,
     /// Layers from outside to inside, in the words of `lucarne bsdf layer`.
     Layers(Vec<String>),
+    /// Scattering data so far (0…1) on the way from one file's to another's, in every value.
+    Interpolated([PathBuf; 2], f64),
 }
 
 impl Filling {
+    /// Its files of scattering data; none of glass and layers.
+    pub fn files(&self) -> &[PathBuf] {
+        match self {
+            Self::Bsdf(file) => std::slice::from_ref(file),
+            Self::Interpolated(files, _) => files,
+            Self::Glass(_) | Self::SceneGlass | Self::Layers(_) => &[],
+        }
+    }
+
     /// Whether it is a pane whose light is that of a formula.
     pub fn is_glass(&self) -> bool {
         matches!(self, Self::Glass(_) | Self::SceneGlass)
@@ -60,9 +72,13 @@ pub struct WindowSection {
     pub shade: Option<PathBuf>,
     /// Scattering data that the sun is traced through in place of a shade, XML of any kind.
     pub tensor_tree: Option<PathBuf>,
-    /// Further states of the façade: glare is computed for each, with the same view and daylight
-    /// matrices. All states, the first included; empty for one state.
-    pub states: Vec<PathBuf>,
+    /// The windows that it moves with: its own name, if none is given.
+    pub group: String,
+    /// Where that stands in the project file.
+    pub group_place: Place,
+    /// All its states, which share view and daylight matrices; empty for one state. What it is made of and what the sun
+    /// is traced through, above, are then those of the first.
+    pub states: Vec<StateSection>,
     /// D and Dd made elsewhere.
     pub daylight: Option<ImportSection>,
     /// Over what parts of it V and D are averaged.
@@ -114,14 +130,45 @@ impl SceneSection {
 }
 
 impl WindowSection {
-    /// Whether the project names what suns are traced through.
-    pub fn names_what_suns_pass(&self) -> bool {
-        self.shade.is_some() || self.tensor_tree.is_some()
+    /// The section as it would stand for a window that is in this state for ever.
+    ///
+    /// # Panics
+    /// If it has states, and no such one.
+    #[must_use]
+    pub fn in_state(&self, number: usize) -> Self {
+        let mut same = Self { states: Vec::new(), ..self.clone() };
+        if !self.states.is_empty() {
+            let state = self.states[number].clone();
+            (same.filling, same.place, same.shade, same.tensor_tree) = (state.filling, state.place, state.shade, state.tensor_tree);
+        }
+        same
     }
 
-    /// Whether suns are traced through it, by the five-phase method: through what the project names, or clear panes.
+    /// The section in each of its states; itself if there is one only.
+    pub fn each_state(&self) -> Vec<Self> {
+        (0..self.states.len().max(1)).map(|number| self.in_state(number)).collect()
+    }
+
+    /// Whether the project names what suns are traced through, in any of its states.
+    pub fn names_what_suns_pass(&self) -> bool {
+        let of_states = self.states.iter().any(|s| s.shade.is_some() || s.tensor_tree.is_some());
+        self.shade.is_some() || self.tensor_tree.is_some() || of_states
+    }
+
+    /// Whether suns are traced through it in any of its states, by the five-phase method: through what the project names,
+    /// or clear panes.
     pub fn lets_suns_through(&self) -> bool {
-        self.names_what_suns_pass() || self.filling.is_clear()
+        self.names_what_suns_pass() || self.filling.is_clear() || self.states.iter().any(|s| s.filling.is_clear())
+    }
+
+    /// Whether it has several states, none of which lets a sun through as such.
+    pub fn has_states_of_data_alone(&self) -> bool {
+        self.states.len() > 1 && !self.lets_suns_through()
+    }
+
+    /// Whether it is clear glass, in every state.
+    pub fn is_glass(&self) -> bool {
+        self.filling.is_glass() && self.states.iter().all(|s| s.filling.is_glass())
     }
 
     /// Whether a window of this name is of it: its own, or with its polygons' modifier where the section has several.
@@ -129,38 +176,44 @@ impl WindowSection {
         window.strip_prefix(&self.name).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
     }
 
-    /// Files of scattering data, one per state; none for glass and layers.
-    pub fn bsdf_files(&self) -> &[PathBuf] {
-        match &self.filling {
-            Filling::Bsdf(_) if !self.states.is_empty() => &self.states,
-            Filling::Bsdf(file) => std::slice::from_ref(file),
-            _ => &[],
+    /// Files of scattering data, in all states; none of glass and layers.
+    pub fn bsdf_files(&self) -> Vec<&PathBuf> {
+        let mut files: Vec<&PathBuf> = self.filling.files().iter().collect();
+        for file in self.states.iter().flat_map(|s| s.filling.files()) {
+            if !files.contains(&file) {
+                files.push(file);
+            }
         }
+        files
     }
 
     pub(super) fn read(mut table: Table<'_, '_>) -> Result<Self> {
         let name = name(&mut table, "add name = \"south\" or the like")?;
         let surface =
             table.required_path("surface", "add surface = \"….rad\": the window's polygons, with normals that point into the room")?;
-        let states = table.paths("states")?;
-        let (filling, place) = filling(&mut table, &states)?;
-        let shade = table.path("shade")?;
-        let tensor_tree = table.path("tensor_tree")?;
-        if shade.is_some() && tensor_tree.is_some() {
-            return Err(table
-                .error("tensor_tree", "the sun is traced either through a 'shade' or through a 'tensor_tree'")
-                .help("keep the shade if there are slats or panes to trace, the tensor tree if there are only measured data"));
+        let group = table.string("group")?;
+        let group_place = table.place(if group.is_some() { "group" } else { "name" });
+        if let Some(group) = &group {
+            check(&table, "group", group)?;
         }
-        if let (true, Some(key)) = (filling.is_glass(), shade.as_ref().map(|_| "shade").or(tensor_tree.as_ref().map(|_| "tensor_tree"))) {
-            return Err(table.error(key, format!("the sun is traced through the pane of 'glass' itself, so there is no '{key}' beside it")).help(
-                "take it out; for blinds behind the pane give the BSDF of both together (lucarne bsdf generate, lucarne bsdf layer) and their shade",
-            ));
+        let states = StateSection::read_all(&mut table)?;
+        let (mut filling, mut place) = filling(&mut table, !states.is_empty())?;
+        let (mut shade, mut tensor_tree) = ways(&mut table)?;
+        check_ways(&table, &filling, shade.is_some(), tensor_tree.is_some())?;
+        let own = [("shade", shade.is_some()), ("tensor_tree", tensor_tree.is_some())];
+        if let (Some(first), Some((key, _))) = (states.first(), own.iter().find(|(_, given)| *given)) {
+            let text = format!("the sun would be traced through the '{key}' of window '{name}' in all states, '{}' the first", first.name);
+            return Err(table.error(key, text).help(format!("give each [[window.state]] its own '{key}', or none")));
+        }
+        if let Some(first) = states.first().cloned() {
+            (filling, place, shade, tensor_tree) = (first.filling, first.place, first.shade, first.tensor_tree);
         }
         let daylight = ImportSection::read(&mut table, "daylight", "daylight_direct")?;
         let parts = Parts::read(&mut table)?;
         let parts_place = table.place("parts");
         table.finish()?;
-        Ok(Self { name, surface, filling, place, shade, tensor_tree, states, daylight, parts, parts_place, found: None })
+        let group = group.unwrap_or_else(|| name.clone());
+        Ok(Self { name, surface, filling, place, shade, tensor_tree, group, group_place, states, daylight, parts, parts_place, found: None })
     }
 }
 
@@ -202,25 +255,50 @@ impl SensorPoints {
     }
 }
 
-/// What a `[[window]]` is made of, by the one of its keys that says so.
-fn filling(table: &mut Table<'_, '_>, states: &[PathBuf]) -> Result<(Filling, Place)> {
+/// What the sun is traced through, of a window or one of its states.
+pub(super) fn ways(table: &mut Table<'_, '_>) -> Result<(Option<PathBuf>, Option<PathBuf>)> {
+    Ok((table.path("shade")?, table.path("tensor_tree")?))
+}
+
+/// Ways of the sun that contradict each other, or what the window is made of.
+pub(super) fn check_ways(table: &Table<'_, '_>, filling: &Filling, shade: bool, tensor_tree: bool) -> Result<()> {
+    if shade && tensor_tree {
+        return Err(table
+            .error("tensor_tree", "the sun is traced either through a 'shade' or through a 'tensor_tree'")
+            .help("keep the shade if there are slats or panes to trace, the tensor tree if there are only measured data"));
+    }
+    match [("shade", shade), ("tensor_tree", tensor_tree)].iter().find(|(_, given)| *given) {
+        Some((key, _)) if filling.is_glass() => {
+            Err(table.error(key, format!("the sun is traced through the pane of 'glass' itself, so there is no '{key}' beside it")).help(
+                "take it out; for blinds behind the pane give the BSDF of both together (lucarne bsdf generate, lucarne bsdf layer) and their shade",
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What a `[[window]]` or a state of one is made of, by the one of its keys that says so; of a window with states they do.
+pub(super) fn filling(table: &mut Table<'_, '_>, has_states: bool) -> Result<(Filling, Place)> {
     // All keys are asked for, so that they are known.
     let given = [
         ("bsdf", table.path("bsdf")?.map(Filling::Bsdf)),
         ("glass", table.number_or_choice("glass", 0.0..=1.0, &["scene"])?.map(|g| g.map_or(Filling::SceneGlass, Filling::Glass))),
         ("glazing", table.strings("glazing", "[\"glass:clear_6mm\", \"gap=16mm\", \"film.xml\"]")?.map(Filling::Layers)),
-        ("states", states.first().cloned().map(Filling::Bsdf)),
+        ("interpolate", table.files_and_fraction("interpolate")?.map(|(files, fraction)| Filling::Interpolated(files, fraction))),
+        (if table.has("state") { "state" } else { "states" }, has_states.then_some(Filling::Layers(Vec::new()))),
     ];
     let mut given = given.into_iter().filter_map(|(key, filling)| Some((key, filling?)));
     const HELP: &str = "glass = 0.65 is a clear pane of that transmittance (\"scene\": that of the scene's glass), bsdf = \"….xml\" scattering \
-                        data, glazing = [\"glass:clear_6mm\", …] layers";
+                        data, glazing = [\"glass:clear_6mm\", …] layers, interpolate = [\"a.xml\", \"b.xml\", 0.5] data between two";
+    let keys = ["bsdf", "glass", "glazing", "interpolate", "states"];
     let Some((key, filling)) = given.next() else {
-        return Err(table.missing_all(&["bsdf", "glass", "glazing", "states"], "does not say what the window is made of", HELP));
+        return Err(table.missing_all(&keys, "does not say what the window is made of", HELP));
     };
     if let Some((other, _)) = given.next() {
         let error = table.error(key, format!("a window has either '{key}' or '{other}'"));
         return Err(match other {
             "states" if key == "bsdf" => error.help("put this file first in 'states' and take 'bsdf' out"),
+            "state" => error.help("make it a [[window.state]] of its own"),
             _ => error.help(format!("keep the one that tells what the window is made of: {HELP}")),
         });
     }

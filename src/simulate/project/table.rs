@@ -294,7 +294,7 @@ impl<'d, 'a> Table<'d, 'a> {
             let DeValue::Table(entries) = item.get_ref() else { return Err(self.wrong_type(key, item.get_ref(), &wanted)) };
             tables.push(Table {
                 document: self.document,
-                name: format!("{key} {}", i + 1),
+                name: format!("{} {}", self.field(key), i + 1),
                 entries,
                 offset: section_start(item, entries),
                 known: Vec::new(),

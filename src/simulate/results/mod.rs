@@ -8,6 +8,7 @@ mod moments;
 mod monthly;
 pub mod pictures;
 pub(crate) mod sensors;
+pub mod states;
 pub(crate) mod suns;
 pub(crate) mod uncertainty;
 pub(crate) mod views;

@@ -138,6 +138,8 @@ pub(crate) fn errors(context: &Context<'_>, counting: &Counting, made: &Made<'_>
     let suns = made.suns.map(TracedSuns::variance);
     let suns = suns.as_ref().map(|s| s as &annual::SunVariance<'_>);
     let overcast = if counting.column(FACTOR).is_some() { Some(overcast(context)?) } else { None };
+    // One sky knows no schedule.
+    let at_rest = if inputs.moves() { &inputs.at_rest() } else { inputs };
     let under = match &overcast {
         None => None,
         Some(sky) => {
@@ -147,10 +149,9 @@ pub(crate) fn errors(context: &Context<'_>, counting: &Counting, made: &Made<'_>
             } else {
                 let mean = |of: fn(&Estimate) -> Matrix<f32>| made.sampled.daylight.iter().map(of).collect::<Vec<_>>();
                 let (total, direct) = (mean(Estimate::total), mean(Estimate::direct));
-                let windows = WindowLight::of(inputs, &inputs.transmissions(), Daylight { total: &total, direct: &direct });
-                Light::new(&windows, made.multiplier, &skies, inputs.differences())?
+                Light::of_facade(at_rest, Daylight { total: &total, direct: &direct }, made.multiplier, &skies)?
             };
-            Some((Chain { sun: None, ..made.sampled.chain(inputs, sky) }, light))
+            Some((Chain { sun: None, ..made.sampled.chain(at_rest, sky) }, light))
         }
     };
     let job = YearJob {
@@ -213,7 +214,9 @@ fn overcast_outdoors(weather: &Weather) -> Option<f64> {
 
 /// Why the direct sun at sensors is not that through bare windows.
 fn not_bare(context: &Context<'_>) -> Option<String> {
-    let covered: Vec<&str> = context.inputs.windows.iter().filter(|w| w.glass.is_none()).map(|w| w.name.as_str()).collect();
+    let used = context.inputs.windows_in_use();
+    let mut covered: Vec<&str> = used.iter().filter(|w| w.glass.is_none()).map(|w| w.name.as_str()).collect();
+    covered.dedup();
     let windows = covered.join("', '");
     (!covered.is_empty()).then(|| format!("windows '{windows}' are as computed, LM-83 wants them without blinds"))
 }

@@ -8,7 +8,8 @@ use crate::metrics::Occupancy;
 use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::inputs::shade;
 use crate::simulate::inputs::suns::SunSet;
-use crate::simulate::phases::sun::{Way, sun_matrix, write_suns};
+use crate::simulate::phases::facade_suns::FacadeSuns;
+use crate::simulate::phases::sun::{Way, write_suns};
 use crate::simulate::plan::presets::sun_options;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -16,7 +17,7 @@ use std::time::Instant;
 /// The suns of five phases and what they send to the sensors.
 pub(crate) struct TracedSuns {
     /// The suns and their hours.
-    pub set: SunSet,
+    pub facade: FacadeSuns,
     /// Cds of all sensors.
     matrix: SunMatrix,
     /// Suns whose numbers differ by a multiple of this have scattered errors in common.
@@ -35,18 +36,19 @@ impl TracedSuns {
         let clock = Instant::now();
         context.check_stop()?;
         let (project, inputs) = (context.project, context.inputs);
-        let set = inputs.sun_set(project)?;
-        shade::warn_of_mirrors(inputs.shades(), warnings);
-        let (matrix, traced) =
-            sun_matrix(context, &inputs.sensors, &set, if context.choice.direct { Way::Anywhere } else { Way::Windows })?;
-        write_suns(context, &set)?;
+        let facade = FacadeSuns::new(inputs, project)?;
+        let used = inputs.windows_in_use();
+        shade::warn_of_mirrors(used.iter().filter_map(|w| w.shade.as_ref()), warnings);
+        let way = if context.choice.direct { Way::Anywhere } else { Way::Windows };
+        let (matrix, traced) = facade.matrix(context, &inputs.sensors, way, "")?;
+        write_suns(context, &facade.base)?;
         // Through panes all suns share their cells.
-        let error_sets = if inputs.windows.iter().any(|w| w.pane.is_some()) { 1 } else { sun_options(project).path_sets as usize };
+        let error_sets = if used.iter().any(|w| w.pane.is_some()) { 1 } else { sun_options(project).path_sets as usize };
         for group in &inputs.sensors {
             let (name, seconds) = (format!("C_{}", group.name), clock.elapsed().as_secs_f64());
             ledger.note(
                 &name,
-                [group.sensors.len(), set.census.needed],
+                [group.sensors.len(), facade.set.suns.len()],
                 !traced,
                 seconds,
                 Traced { rounds: 0, rays: matrix.statistics.segments },
@@ -55,12 +57,17 @@ impl TracedSuns {
         if traced {
             ledger.count(matrix.statistics, clock);
         }
-        Ok(Some(Self { set, matrix, error_sets }))
+        Ok(Some(Self { facade, matrix, error_sets }))
+    }
+
+    /// The suns and their hours; of a façade that moves, a sun counts once for each thing that it passes.
+    pub fn set(&self) -> &SunSet {
+        &self.facade.set
     }
 
     /// Cds·Ssun, lux `[sensor][hour]`: one product per hour with sun.
     pub fn illuminance(&self) -> Matrix<f32> {
-        let hours = &self.set.hours;
+        let hours = &self.set().hours;
         let mut lux = Matrix::zeros(self.matrix.total.rows(), hours.len(), 1);
         if hours.is_empty() {
             return lux;
@@ -77,7 +84,7 @@ impl TracedSuns {
 
     /// Time steps in which a sensor sees the sun, or a part of its disc, directly, panes between them or not.
     pub fn steps_in_sun(&self, sensor: usize) -> usize {
-        self.set
+        self.set()
             .hours
             .iter()
             .flatten()
@@ -90,7 +97,7 @@ impl TracedSuns {
     pub fn hours_above(&self, sensor: usize, lux: f64, time: &Occupancy, length: f64) -> [f64; 3] {
         let count = |side: f64| {
             let above = |step: &&usize| {
-                self.set.hours[**step].is_some_and(|(sun, radiance)| {
+                self.set().hours[**step].is_some_and(|(sun, radiance)| {
                     let of = |m: &Matrix<f32>| luminous(m.at(sensor, sun)) * radiance;
                     of(&self.matrix.direct) + side * of(&self.matrix.own_error) > lux
                 })
@@ -106,25 +113,27 @@ impl TracedSuns {
     /// D's, multiplied with the whole sky, bound that of the difference, which shares their rays.
     pub fn variance(&self) -> impl Fn(usize, Option<usize>) -> f64 + Sync + '_ {
         // Over the year a sun counts with its radiance of all hours.
-        let mut yearly = vec![0.0; self.set.suns.len()];
-        for (sun, radiance) in self.set.hours.iter().flatten() {
+        let mut yearly = vec![0.0; self.set().suns.len()];
+        for (sun, radiance) in self.set().hours.iter().flatten() {
             yearly[*sun] += radiance;
         }
         move |sensor, hour| {
             let errors = |s: usize| (luminous(self.matrix.own_error.at(sensor, s)), luminous(self.matrix.shared_error.at(sensor, s)));
             match hour {
-                Some(hour) => self.set.hours[hour].map_or(0.0, |(s, radiance)| {
+                Some(hour) => self.set().hours[hour].map_or(0.0, |(s, radiance)| {
                     let (own, shared) = errors(s);
                     (own * radiance).powi(2) + (shared * radiance).powi(2)
                 }),
                 None => {
-                    let (mut own, mut shared) = (0.0, vec![0.0; self.error_sets]);
+                    // A sun that passes different states has the same rays in all of them: their errors go together.
+                    let mut own = vec![0.0; self.facade.base.suns.len()];
+                    let mut shared = vec![0.0; self.error_sets];
                     for (s, radiance) in yearly.iter().enumerate() {
-                        let (a, b) = errors(s);
-                        own += (a * radiance).powi(2);
-                        shared[s % self.error_sets] += b * radiance;
+                        let ((a, b), (_, sun)) = (errors(s), self.facade.places[s]);
+                        own[sun] += a * radiance;
+                        shared[sun % self.error_sets] += b * radiance;
                     }
-                    own + shared.iter().map(|b| b * b).sum::<f64>()
+                    own.iter().map(|error| error * error).sum::<f64>() + shared.iter().map(|error| error * error).sum::<f64>()
                 }
             }
         }

@@ -12,6 +12,7 @@ use crate::error::Result;
 use crate::kernels::product::{Multiplier, chain};
 use crate::matrix::Matrix;
 use crate::simulate::inputs::Differences;
+use crate::simulate::inputs::states::WindowUse;
 use crate::simulate::light::{Light, Skies, without_sun};
 use crate::simulate::multiply::select_columns;
 use crate::simulate::sampling::chain::Chain;
@@ -139,9 +140,39 @@ impl<'m> Deviations<'m> {
         replicate: usize,
         [total, direct]: &[Matrix<f32>; 2],
     ) -> Result<Matrix<f32>> {
+        let inputs = self.chain.inputs;
+        let uses = inputs.uses(window);
+        if let [used] = &uses[..] {
+            return self.change_in_use(multiplier, (window, used), replicate, [total, direct], &self.skies);
+        }
+        // Each state in its own hours.
+        let bins = inputs.windows[window].bins();
+        let mut all = Matrix::zeros(if self.light.is_split() { 2 * bins } else { bins }, self.light.hours.len(), 3);
+        for used in &uses {
+            let columns: Vec<usize> = (0..self.light.hours.len()).filter(|c| used.holds(self.light.hours[*c])).collect();
+            let of = |sky: &Matrix<f32>| select_columns(sky, &columns);
+            let skies = Skies { whole: of(&self.skies.whole), sun: self.skies.sun.as_ref().map(of) };
+            let part = self.change_in_use(multiplier, (window, used), replicate, [total, direct], &skies)?;
+            for row in 0..all.rows() {
+                for (&column, own) in columns.iter().zip(0..) {
+                    all.at_mut(row, column).copy_from_slice(part.at(row, own));
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// The same of a window in one of its states, in the hours of these skies.
+    fn change_in_use(
+        &self,
+        multiplier: &dyn Multiplier,
+        (window, used): (usize, &WindowUse<'_>),
+        replicate: usize,
+        [total, direct]: [&Matrix<f32>; 2],
+        skies: &Skies,
+    ) -> Result<Matrix<f32>> {
         let estimate = &self.chain.daylight[window];
-        let section = &self.chain.inputs.windows[window];
-        let transmission = section.transmission.map(|v| v as f32);
+        let transmission = used.transmission.map(|v| v as f32);
         let through = |all: &[Matrix<f32>], mean: &Matrix<f32>, sky: &Matrix<f32>| {
             let change = all[replicate].less(mean);
             let (rows, cols) = (transmission.cols(), change.cols());
@@ -152,11 +183,11 @@ impl<'m> Deviations<'m> {
             }
             Matrix::from_data(change.rows(), sky.cols(), 3, light)
         };
-        let all = through(&estimate.replicates, total, &self.skies.whole)?;
+        let all = through(&estimate.replicates, total, &skies.whole)?;
         if !self.light.is_split() {
             return Ok(all);
         }
-        let sun = match self.skies.sun.as_ref().filter(|_| section.is_sunny() && estimate.direct.len() > 1) {
+        let sun = match skies.sun.as_ref().filter(|_| used.is_sunny && estimate.direct.len() > 1) {
             Some(sun) => through(&estimate.direct, direct, sun)?,
             None => Matrix::zeros(all.rows(), all.cols(), 3),
         };

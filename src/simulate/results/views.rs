@@ -98,9 +98,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
         made.sampled.daylight.iter().for_each(|d| {
             asked.add(&d.total().data());
         });
-        context.inputs.windows.iter().for_each(|w| {
-            asked.add(&w.transmission.data());
-        });
+        context.inputs.add_transmissions(&mut asked);
         asked.to_string()
     });
     for view in &project.views {
@@ -111,7 +109,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
         let components = project.images.components;
         let mut suns = None;
         if let Some(traced) = made.suns
-            && context.inputs.windows.iter().any(|w| w.is_sunny())
+            && (0..context.inputs.windows.len()).any(|w| context.inputs.is_sunny(w))
             && (!hours.is_empty() || components)
         {
             let clock = Instant::now();
@@ -120,7 +118,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
             // The suns of all hours at once, if glare or their pictures will need them.
             let glare = project.glare.as_ref().is_some_and(|g| g.method.has_pictures());
             let needed = if glare || components { lit_columns(sky) } else { hours.clone() };
-            let found = sun_pictures(context, &traced.set, view, &Shown::Picture(view.raster()?), &needed, &mut statistics)?;
+            let found = sun_pictures(context, &traced.facade, view, &Shown::Picture(view.raster()?), &needed, "", &mut statistics)?;
             let (seconds, rays) = (clock.elapsed().as_secs_f64(), statistics.segments);
             ledger.seconds.sun_pictures += seconds;
             let size = [view.raster()?.len(), found.suns().count()];
@@ -129,7 +127,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
             ledger.count(statistics, clock);
         }
         if components {
-            picture_sets::export(context.store, &view.name, made.suns.map(|s| &s.set).zip(suns.as_ref()))?;
+            picture_sets::export(context.store, &view.name, made.suns.map(TracedSuns::set).zip(suns.as_ref()))?;
         }
         let job = view_job(context, view, &windows, 1);
         context.progress.begin(&format!("pictures of {}", view.name));

@@ -4,6 +4,7 @@
 use super::Judgement;
 use super::estimate::Estimate;
 use crate::matrix::Matrix;
+use crate::simulate::inputs::states::WindowUse;
 use crate::simulate::inputs::{Inputs, ProjectWindow};
 use crate::statistics::{student_95, upper_variance, variance_of_mean};
 use crate::units::ILLUMINANCE_WEIGHTS;
@@ -85,24 +86,34 @@ impl<'m> Chain<'m> {
     /// The sums over all hours and their errors, exactly and for all sensors: the formula
     /// ([`light`](crate::simulate::light)) for a sky that is the sum of all hours', per replicate.
     pub fn annual(&self) -> Vec<AnnualSum> {
-        let year = sums_of_hours(self.sky);
-        let sun = self.sun.map(sums_of_hours);
+        let year = sums_of_hours(self.sky, None);
+        let sun = self.sun.map(|sun| sums_of_hours(sun, None));
         // Per window and replicate of its D.
         let mut at_windows: Vec<Vec<Light>> = self
             .windows()
             .par_iter()
+            .enumerate()
             .zip(self.daylight)
-            .map(|(window, d)| {
-                let t = &window.transmission;
-                let of = |r: usize| {
-                    let mut light = transmitted(t, &d.replicates[r], &year);
-                    if let Some(sun) = &sun {
-                        let direct = d.direct.get(r).or(d.direct.last()).filter(|_| window.is_sunny());
+            .map(|((number, _), d)| {
+                // Each state with the light of its own hours.
+                let uses = self.inputs.uses(number);
+                let sums = |sky: &Matrix<f32>, used: &WindowUse<'_>| sums_of_hours(sky, used.steps.as_deref());
+                let skies: Vec<(Light, Option<Light>)> =
+                    uses.iter().map(|u| (sums(self.sky, u), self.sun.map(|sun| sums(sun, u)))).collect();
+                let of_use = |r: usize, used: &WindowUse<'_>, (year, sun): &(Light, Option<Light>)| {
+                    let t = used.transmission;
+                    let mut light = transmitted(t, &d.replicates[r], year);
+                    if let Some(sun) = sun {
+                        let direct = d.direct.get(r).or(d.direct.last()).filter(|_| used.is_sunny);
                         let taken = direct.map_or_else(|| vec![[0.0; 3]; light.len()], |d| transmitted(t, d, sun));
                         let rest: Light = light.iter().zip(&taken).map(|(all, sun)| less(*all, *sun)).collect();
                         light.extend(rest);
                     }
                     light
+                };
+                let of = |r: usize| {
+                    let all = uses.iter().zip(&skies).map(|(used, sky)| of_use(r, used, sky));
+                    all.reduce(|a, b| a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect()).unwrap_or_default()
                 };
                 (0..d.replicates.len()).map(of).collect()
             })
@@ -192,10 +203,14 @@ impl<'m> Chain<'m> {
     }
 }
 
-fn sums_of_hours(sky: &Matrix<f32>) -> Light {
+/// Sums over all hours, or over those that count.
+fn sums_of_hours(sky: &Matrix<f32>, counts: Option<&[bool]>) -> Light {
     let patch = |p: usize| {
         let mut sum = [0.0; 3];
-        for hour in sky.row(p).as_chunks::<3>().0 {
+        for (step, hour) in sky.row(p).as_chunks::<3>().0.iter().enumerate() {
+            if counts.is_some_and(|counts| !counts[step]) {
+                continue;
+            }
             for c in 0..3 {
                 sum[c] += f64::from(hour[c]);
             }

@@ -22,6 +22,9 @@ use std::sync::{Mutex, PoisonError};
 /// Header key under which a matrix file keeps its [`Fingerprint`].
 pub(crate) const INPUTS: &str = "LUCARNE_INPUTS";
 
+/// Folder of what states the façade is in.
+const CONTROL: &str = "control";
+
 /// An output folder: `matrices/`, and `illuminance/` or `irradiance/`.
 pub struct Store {
     folder: PathBuf,
@@ -167,6 +170,33 @@ impl Store {
         let folder = self.folder.join(self.results).join("terms");
         std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
         Ok(folder.join(format!("{sensors}_{term}.mtx")))
+    }
+
+    /// Folder for the light of a group of windows in a state, or of those without states, made if need be.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub(crate) fn states_folder(&self, whose: Option<(&str, &str)>) -> Result<PathBuf> {
+        let states = self.folder.join(self.results).join("states");
+        let folder = whose.map_or(states.clone(), |(group, state)| states.join(group).join(state));
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
+        Ok(folder)
+    }
+
+    /// Removes the light of states that an earlier run left: its project may have had others.
+    pub(crate) fn remove_states(&self) {
+        let _ = std::fs::remove_dir_all(self.folder.join(self.results).join("states"));
+        let _ = std::fs::remove_dir_all(self.folder.join(CONTROL));
+    }
+
+    /// Path of the table of states through the year, in a folder made if need be.
+    ///
+    /// # Errors
+    /// If the folder cannot be made.
+    pub(crate) fn schedule_path(&self) -> Result<PathBuf> {
+        let folder = self.folder.join(CONTROL);
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, &e))?;
+        Ok(folder.join("schedule.csv"))
     }
 
     /// Path of the suns' pictures of a view.

@@ -1,6 +1,7 @@
 //! Settings of a project that can be changed.
 
 use crate::bins::{AngleBasis, KlemsBasis};
+use crate::control::{Facade, Schedule};
 use crate::error::{Error, Result};
 use crate::simulate::inputs::Inputs;
 use crate::simulate::inputs::filling::transmission_over;
@@ -94,10 +95,13 @@ pub(super) fn rebase(inputs: &mut Inputs, project: &Project, basis: &AngleBasis)
             .iter()
             .find(|s| s.is_of(&window.name))
             .ok_or_else(|| Error::new(format!("window '{}' belongs to no [[window]]", window.name)))?;
-        window.transmission = transmission_over(project, section, window.glass.as_ref(), basis)?;
+        window.transmission = transmission_over(project, &section.in_state(usize::from(window.state)), window.glass.as_ref(), basis)?;
         window.window.basis = basis.clone();
         window.parts.iter_mut().for_each(|part| part.basis = basis.clone());
         window.states.clear();
+        window.group = None;
     }
+    inputs.facade = Facade::default();
+    inputs.schedule = Schedule::first(&inputs.facade, inputs.weather.records.len());
     Ok(())
 }

@@ -144,6 +144,10 @@ impl Sweep<'_> {
                 "take 'quantity' out for the comparison",
             );
         }
+        if self.inputs.moves() {
+            let help = "name one state of each group in [control] for the comparison";
+            return fault("settings are compared in one state of the façade, but its windows move", "control", help);
+        }
         if self.inputs.weather.given.is_some() {
             let help = "give the weather file that the sky was made of";
             return fault("settings of the sky cannot be compared under a sky made elsewhere", "weather.sky_matrix", help);

@@ -6,7 +6,7 @@ use crate::scene::{MaterialIndex, Scene, Triangle, Window};
 use crate::simulate::inputs::glazing::glazing;
 use crate::simulate::inputs::reach::Light;
 use crate::simulate::inputs::{grids, read_scene, read_surfaces};
-use crate::simulate::project::Project;
+use crate::simulate::project::{Filling, Project};
 use crate::weather::Weather;
 use crate::weather::time::Time;
 use std::collections::HashMap;
@@ -79,9 +79,11 @@ impl Surroundings {
         for section in &project.windows {
             // A section of several windows names each after itself.
             let own = |name: &&String| **name == section.name || name.starts_with(&format!("{}-", section.name));
-            if section.states.len() > 1 {
+            let data = section.states.iter().skip(1).filter_map(|s| if let Filling::Bsdf(file) = &s.filling { Some(file.clone()) } else { None });
+            let data: Vec<PathBuf> = data.collect();
+            if !data.is_empty() {
                 let names = year.summary.windows.iter().map(|w| &w.name).filter(own);
-                states.extend(names.map(|name| (name.clone(), section.states[1..].to_vec())));
+                states.extend(names.map(|name| (name.clone(), data.clone())));
             }
             let mut of_section = read_surfaces(&project, section, &mut warnings)?;
             // As the results call them.

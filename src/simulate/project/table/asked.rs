@@ -7,10 +7,10 @@ thread_local! {
     static ASKED: RefCell<BTreeSet<(String, String)>> = const { RefCell::new(BTreeSet::new()) };
 }
 
-/// A key of a table, whose name may end with its number.
+/// A key of a table, whose name and those of the tables that it is in may end with their numbers.
 pub(super) fn note(table: &str, key: &str) {
-    let section = table.split(' ').next().unwrap_or_default();
-    ASKED.with_borrow_mut(|asked| asked.insert((section.to_string(), key.to_string())));
+    let section: Vec<&str> = table.split('.').map(|part| part.split(' ').next().unwrap_or_default()).collect();
+    ASKED.with_borrow_mut(|asked| asked.insert((section.join("."), key.to_string())));
 }
 
 /// Sections and keys that `read` asks for.

@@ -4,9 +4,39 @@ use super::Table;
 use crate::error::Result;
 use std::path::PathBuf;
 use toml::Spanned;
-use toml::de::DeValue;
+use toml::de::{DeString, DeValue};
 
 impl Table<'_, '_> {
+    /// All keys of a table whose keys are names, each with its text.
+    pub(in super::super) fn all_texts(&mut self) -> Result<Vec<(String, String)>> {
+        #[cfg(test)]
+        super::asked::note(&self.name, "GROUP");
+        let text = |(key, value): (&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| match value.get_ref() {
+            DeValue::String(s) if !s.trim().is_empty() => Ok((key.get_ref().to_string(), s.to_string())),
+            DeValue::String(_) => Err(self.error(key.get_ref(), "this text is empty")),
+            other => Err(self.wrong_type(key.get_ref(), other, "a text in quotes")),
+        };
+        self.entries.iter().map(text).collect()
+    }
+
+    /// A file named by the text of a key.
+    pub(in super::super) fn file_named(&self, key: &str, text: &str) -> Result<PathBuf> {
+        self.existing_file(key, text)
+    }
+
+    /// Two files, and how far (0…1) between them.
+    pub(in super::super) fn files_and_fraction(&mut self, key: &'static str) -> Result<Option<([PathBuf; 2], f64)>> {
+        let example = format!("write {key} = [\"clear.xml\", \"cloudy.xml\", 0.5]: two files, and how far from the first to the second");
+        let Some(value) = self.get(key).map(Spanned::get_ref) else { return Ok(None) };
+        let DeValue::Array(items) = value else { return Err(self.wrong_type(key, value, "a list").help(example)) };
+        let items: Vec<&DeValue<'_>> = items.iter().map(Spanned::get_ref).collect();
+        let [DeValue::String(a), DeValue::String(b), fraction] = items[..] else {
+            return Err(self.error(key, "this is not two files and a number").help(example));
+        };
+        let files = [self.existing_file(key, a)?, self.existing_file(key, b)?];
+        Ok(Some((files, self.number_of(key, fraction, &(0.0..=1.0))?)))
+    }
+
     /// A text, or a non-empty list of them.
     pub(in super::super) fn texts(&mut self, key: &'static str, example: &str) -> Result<Option<Vec<String>>> {
         match self.get(key).map(Spanned::get_ref) {

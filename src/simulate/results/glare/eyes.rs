@@ -16,12 +16,10 @@ use crate::simulate::results::illuminance::luminous;
 use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::DVec3;
 
-/// View matrix of all views' eyes and, with five phases, their sun matrix.
-pub(crate) struct Eyes<'a> {
+/// View matrix of all views' eyes.
+pub(crate) struct Eyes {
     /// V, Vd and V's standard error.
     pub view: TracedMatrix,
-    /// Cds and its suns.
-    pub suns: Option<(SunMatrix, &'a SunSet)>,
 }
 
 /// One of them.
@@ -45,14 +43,14 @@ pub(crate) struct SunAtEye {
     pub variance: f64,
 }
 
-impl Eyes<'_> {
-    /// The eye of the `number`-th view.
-    pub(crate) fn of(&self, number: usize) -> Eye<'_> {
+impl Eyes {
+    /// The eye of the `number`-th view, with five phases with Cds of all eyes and its suns.
+    pub(crate) fn of<'e>(&'e self, number: usize, suns: Option<(&'e SunMatrix, &'e SunSet)>) -> Eye<'e> {
         Eye {
             total: self.view.total.row(number),
             direct: self.view.direct.row(number),
             standard_error: self.view.standard_error.row(number),
-            suns: self.suns.as_ref().map(|(matrix, set)| (matrix, *set, number)),
+            suns: suns.map(|(matrix, set)| (matrix, set, number)),
         }
     }
 }

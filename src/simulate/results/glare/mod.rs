@@ -34,6 +34,7 @@ use crate::glare::geometry::PixelGeometry;
 use crate::glare::{Analyser, index};
 use crate::kernels::glare::{Additions, Batches, PixelSource, ReadyView, Stack, StackOptions, Year, for_device, year};
 use crate::kernels::image_matrix::ImageOptions;
+use crate::kernels::sun_matrix::SunMatrix;
 use crate::kernels::trace::{TraceStatistics, TracedMatrix};
 use crate::kernels::view_matrix;
 use crate::matrix::Matrix;
@@ -41,11 +42,12 @@ use crate::matrix::file::read_matrix;
 use crate::metrics::Metric;
 use crate::progress::Progress;
 use crate::simulate::context::Context;
-use crate::simulate::inputs::SensorGroup;
-use crate::simulate::light::{Daylight, Light, WindowLight, transmitted};
+use crate::simulate::inputs::{Inputs, SensorGroup};
+use crate::simulate::light::{Daylight, Light};
 use crate::simulate::multiply::{lit_columns, select_columns};
+use crate::simulate::phases::facade_suns::FacadeSuns;
 use crate::simulate::phases::pixels::ViewJob;
-use crate::simulate::phases::sun::{Way, sun_matrix};
+use crate::simulate::phases::sun::Way;
 use crate::simulate::phases::sun_pixels::{Shown, sun_pictures};
 use crate::simulate::plan::presets::{daylight_options, image_options, rounds, view_options};
 use crate::simulate::project::given::GivenPictures;
@@ -55,6 +57,7 @@ use crate::simulate::project::views::ViewSection;
 use crate::simulate::sampling::rounds::{Part, average};
 use crate::statistics::student_95;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -94,16 +97,29 @@ pub(crate) struct GlareJob<'a> {
     pub daylight_error: &'a [Matrix<f32>],
 }
 
-/// One state of the façade.
+/// The façade as it moves, or in one state for ever.
 struct State<'a> {
-    /// Empty if there is only one.
+    /// Empty for the façade as it is.
     name: String,
-    transmissions: Vec<&'a Matrix<f64>>,
+    inputs: Cow<'a, Inputs>,
     /// What its windows send into the room.
     light: Light,
-    /// `[bin][patch]`, where needed: T·Dd of all windows, and of those whose sun is traced.
-    direct: Matrix<f64>,
-    traced: Option<Matrix<f64>>,
+    /// The suns that are traced through it.
+    suns: Option<FacadeSuns>,
+    /// Cds of the views' eyes, where methods use them.
+    eye_suns: Option<SunMatrix>,
+}
+
+impl State<'_> {
+    /// What stands behind the names of its files.
+    fn behind(&self) -> String {
+        if self.name.is_empty() { String::new() } else { format!("@@{}", self.name) }
+    }
+
+    /// The eye of the `number`-th view.
+    fn eye<'e>(&'e self, eyes: &'e Eyes, number: usize) -> Eye<'e> {
+        eyes.of(number, self.eye_suns.as_ref().zip(self.suns.as_ref().map(|s| &s.set)))
+    }
 }
 
 /// The hours that are computed: lit ones.
@@ -133,26 +149,26 @@ impl GlareJob<'_> {
             }
         }
         let clock = Instant::now();
-        let states = self.states(&lit, section.method)?;
+        let states = self.states(eyes.is_some(), statistics)?;
         let pictured = section.method.has_pictures();
         let detector = if pictured { Some(for_device(self.context.device)?) } else { None };
         let mut years = Vec::new();
         for (number, view) in self.context.project.views.iter().enumerate() {
             let stage = self.context.progress;
             stage.begin(&format!("glare of {}", view.name));
-            let eye = eyes.as_ref().map(|eyes| eyes.of(number));
-            let found = match (&detector, &eye) {
-                (Some(detector), _) => {
+            let found = match (&detector, &eyes) {
+                (Some(detector), eyes) => {
                     let analyser = analyser(section, view)?;
                     analyser.doubts().into_iter().for_each(|doubt| warnings.push(doubt.file(&view.file)));
                     if view.given.sun.is_some() {
                         warnings.push(given_disc(view));
                     }
-                    self.pictured(section, view, analyser, &**detector, eye, &states, &lit, (statistics, stage))?
+                    let eyes = eyes.as_ref().map(|eyes| (eyes, number));
+                    self.pictured(section, view, analyser, &**detector, eyes, &states, &lit, (statistics, stage))?
                 }
-                (None, Some(eye)) => {
+                (None, Some(eyes)) => {
                     stage.update("glare", 0.0);
-                    self.without_pictures(section, view, eye, &states, &lit, statistics)?
+                    self.without_pictures(section, view, (eyes, number), &states, &lit, statistics)?
                 }
                 (None, None) => return Err(Error::new("a method without pictures needs the eyes")),
             };
@@ -193,45 +209,50 @@ impl GlareJob<'_> {
         }
     }
 
+    /// The façade as it moves, and each of its states alone; without `[control]` these are all, if there are any.
+    fn facades(&self) -> Vec<(String, Cow<'_, Inputs>)> {
+        let (inputs, project) = (self.context.inputs, self.context.project);
+        let alone = inputs.states_alone(project);
+        let moving = (project.control.is_given || alone.is_empty()).then_some((String::new(), Cow::Borrowed(inputs)));
+        let alone = alone.into_iter().map(|(name, states)| (name, Cow::Owned(inputs.in_states(&states))));
+        moving.into_iter().chain(alone).collect()
+    }
+
     /// What every state of the façade lets in.
-    fn states(&self, lit: &Lit, method: GlareMethod) -> Result<Vec<State<'_>>> {
-        let inputs = self.context.inputs;
-        let windows = &inputs.windows;
-        let named: Vec<String> =
-            windows.iter().find(|w| !w.states.is_empty()).map_or_else(|| vec![String::new()], |w| unique_names(&w.states));
-        named
-            .into_iter()
-            .enumerate()
-            .map(|(number, name)| {
-                let transmissions: Vec<&Matrix<f64>> =
-                    windows.iter().map(|w| w.states.get(number).map_or(&w.transmission, |(_, t)| t)).collect();
-                let daylight = Daylight { total: self.daylight, direct: self.daylight_direct };
-                let lights = WindowLight::of(inputs, &transmissions, daylight);
-                let light = Light::new(&lights, self.made.multiplier, self.made.skies, inputs.differences())?;
-                let direct_of = |counts: &dyn Fn(usize) -> bool| {
-                    let passage = |i: usize| counts(i).then(|| (transmissions[i], &self.daylight_direct[i]));
-                    transmitted(&lights, &(0..windows.len()).map(passage).collect::<Vec<_>>())
-                };
-                let imageless = method == GlareMethod::Imageless;
-                let direct = if imageless { direct_of(&|_| true)? } else { Matrix::zeros(0, 0, 3) };
-                let traced = (imageless && lit.suns.is_some()).then(|| direct_of(&|i| windows[i].is_sunny())).transpose()?;
-                Ok(State { name, transmissions, light, direct, traced })
-            })
-            .collect()
+    fn states(&self, has_eyes: bool, statistics: &mut TraceStatistics) -> Result<Vec<State<'_>>> {
+        let project = self.context.project;
+        let daylight = Daylight { total: self.daylight, direct: self.daylight_direct };
+        let mut states = Vec::new();
+        for (name, inputs) in self.facades() {
+            let light = Light::of_facade(&inputs, daylight, self.made.multiplier, self.made.skies)?;
+            let suns = match self.made.suns {
+                Some(traced) if name.is_empty() => Some(traced.facade.clone()),
+                Some(_) => Some(FacadeSuns::new(&inputs, project)?),
+                None => None,
+            };
+            let mut state = State { name, inputs, light, suns, eye_suns: None };
+            if let (true, Some(suns), Some(_)) = (has_eyes, &state.suns, &self.made.skies.sun) {
+                let sensors = project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
+                let group = SensorGroup { name: "glare_eyes".into(), file: project.file.clone(), sensors, view: None, sun: None };
+                let context = Context { inputs: &state.inputs, ..self.context };
+                let (matrix, traced) = suns.matrix(&context, &[group], Way::Windows, &state.behind())?;
+                if traced {
+                    statistics.add(matrix.statistics);
+                }
+                state.eye_suns = Some(matrix);
+            }
+            states.push(state);
+        }
+        // Pictures are split for all of them, or for none.
+        if states.iter().any(|s| s.light.is_split()) {
+            states.iter_mut().for_each(|s| s.light.split());
+        }
+        Ok(states)
     }
 
     /// Matrices of sensors at the views' points that face as the views look.
-    fn eyes(&self, statistics: &mut TraceStatistics) -> Result<Eyes<'_>> {
-        let view = self.eyes_view(statistics)?;
-        let Some(suns) = self.made.suns.filter(|_| self.made.skies.sun.is_some()) else { return Ok(Eyes { view, suns: None }) };
-        let project = self.context.project;
-        let sensors = project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
-        let group = SensorGroup { name: "glare_eyes".into(), file: project.file.clone(), sensors, view: None, sun: None };
-        let (matrix, traced) = sun_matrix(&self.context, &[group], &suns.set, Way::Windows)?;
-        if traced {
-            statistics.add(matrix.statistics);
-        }
-        Ok(Eyes { view, suns: Some((matrix, &suns.set)) })
+    fn eyes(&self, statistics: &mut TraceStatistics) -> Result<Eyes> {
+        Ok(Eyes { view: self.eyes_view(statistics)? })
     }
 
     fn eyes_view(&self, statistics: &mut TraceStatistics) -> Result<TracedMatrix> {
@@ -276,28 +297,30 @@ impl GlareJob<'_> {
         view: &ViewSection,
         analyser: Arc<Analyser>,
         detector: &dyn crate::kernels::glare::Detector,
-        eye: Option<Eye<'_>>,
+        eyes: Option<(&Eyes, usize)>,
         states: &[State<'_>],
         lit: &Lit,
         (statistics, progress): (&mut TraceStatistics, &dyn Progress),
     ) -> Result<Vec<Vec<Hour>>> {
-        let name = if eye.is_some() { windows_only_name(view) } else { view.name.clone() };
+        let name = if eyes.is_some() { windows_only_name(view) } else { view.name.clone() };
         let path = |suffix: &str| self.context.store.matrix_path(&format!("V_{name}{suffix}"));
-        // All states have the same windows with shades.
-        let suns = self.made.suns.filter(|_| states.iter().any(|s| s.light.is_split()));
+        let is_split = states.iter().any(|s| s.light.is_split());
         let shown = Shown::Picture(view.raster()?);
-        let suns = suns.map(|suns| sun_pictures(&self.context, &suns.set, view, &shown, &lit.hours, statistics)).transpose()?;
-        let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
-        let mut source = match &suns {
-            None => PictureView::open_matrix(&path(""), None)?,
-            Some(_) => PictureView::open_split(&path(""), &path("_direct"))?,
+        let mut source = match is_split {
+            false => PictureView::open_matrix(&path(""), None)?,
+            true => PictureView::open_split(&path(""), &path("_direct"))?,
         };
-        let options = StackOptions { veil: section.veil, dark_pixels: suns.is_some(), ..StackOptions::default() };
+        let options = StackOptions { veil: section.veil, dark_pixels: is_split, ..StackOptions::default() };
         let stack = Stack::new(analyser, vec![&mut source as &mut dyn PixelSource], options)?;
         let batches = Batches::new(&stack, &read_matrix(&path("_batches"))?.matrix)?;
         let ready = ReadyView::new(detector, &stack)?;
         let mut all = Vec::new();
         for (number, state) in states.iter().enumerate() {
+            let suns = state.suns.as_ref().filter(|_| is_split);
+            let context = Context { inputs: &state.inputs, ..self.context };
+            let suns = suns.map(|suns| sun_pictures(&context, suns, view, &shown, &lit.hours, &state.behind(), statistics)).transpose()?;
+            let suns = suns.map(|pictures| SunLight { pictures, hours: &lit.hours });
+            let eye = eyes.map(|(eyes, number)| state.eye(eyes, number));
             let given = eye.map(|eye| eye.illuminance(&state.light));
             let noise = self.noise(state, lit, eye);
             let rights = [&state.light.right];
@@ -332,7 +355,7 @@ impl GlareJob<'_> {
             daylight: self.daylight,
             daylight_direct: self.daylight_direct,
         });
-        MatrixNoise::new(self.context.inputs, &state.transmissions, self.daylight_error, &lit.sky, &state.light, eye, suns)
+        MatrixNoise::new(&state.inputs, self.daylight_error, (&lit.sky, &lit.hours), &state.light, eye, suns)
     }
 
     /// All hours of the weather file from those with light.
@@ -369,19 +392,4 @@ fn given_disc(view: &ViewSection) -> Error {
 
 fn windows_only_name(view: &ViewSection) -> String {
     format!("{}_windows", view.name)
-}
-
-/// The states' names, numbered where files in different folders have the same.
-fn unique_names(states: &[(String, Matrix<f64>)]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for (name, _) in states {
-        let mut unique = if name.is_empty() { "state".to_string() } else { name.clone() };
-        let mut number = 2;
-        while names.contains(&unique) {
-            unique = format!("{name}-{number}");
-            number += 1;
-        }
-        names.push(unique);
-    }
-    names
 }

@@ -3,13 +3,14 @@
 use crate::kernels::glare::HourNoise;
 use crate::matrix::Matrix;
 use crate::simulate::inputs::Inputs;
+use crate::simulate::inputs::states::WindowUse;
 use crate::simulate::light::Light;
 use crate::simulate::results::glare::eyes::Eye;
 use crate::units::ILLUMINANCE_WEIGHTS;
 
 /// Standard errors that make an hour's DGP uncertain, but for those of the picture's view matrix.
 pub(super) struct MatrixNoise<'m> {
-    windows: Vec<WindowNoise<'m>>,
+    windows: Vec<Window<'m>>,
     sky: &'m Matrix<f32>,
     /// T·D·S in its first rows.
     light: &'m Light,
@@ -31,6 +32,13 @@ pub(super) struct SunNoise<'m> {
     pub daylight_direct: &'m [Matrix<f32>],
 }
 
+/// A window in the states that it is ever in.
+struct Window<'m> {
+    uses: Vec<WindowNoise<'m>>,
+    /// Of each hour that is computed the number of its state among them; empty if there is one.
+    of_hour: Vec<usize>,
+}
+
 struct WindowNoise<'m> {
     transmission: &'m Matrix<f64>,
     error: &'m Matrix<f32>,
@@ -41,31 +49,33 @@ struct WindowNoise<'m> {
 }
 
 impl<'m> MatrixNoise<'m> {
-    /// Noise with the transmissions of one state of the façade.
+    /// Noise of a façade through the year; `sky` are the hours that are computed, beside their numbers.
     pub(super) fn new(
-        inputs: &Inputs,
-        transmissions: &[&'m Matrix<f64>],
+        inputs: &'m Inputs,
         daylight_error: &'m [Matrix<f32>],
-        sky: &'m Matrix<f32>,
+        (sky, hours): (&'m Matrix<f32>, &[usize]),
         light: &'m Light,
         eye: Option<Eye<'m>>,
         suns: Option<SunNoise<'m>>,
     ) -> Self {
-        assert_eq!(inputs.windows.len(), transmissions.len());
         let grey = |m: &Matrix<f32>| m.data().as_chunks::<3>().0.iter().all(|v| v[0] == v[1] && v[1] == v[2]);
         let grey_f64 = |m: &Matrix<f64>| m.data().as_chunks::<3>().0.iter().all(|v| v[0] == v[1] && v[1] == v[2]);
-        let windows = transmissions
-            .iter()
-            .zip(daylight_error)
-            .zip(&inputs.windows)
-            .map(|((&transmission, error), window)| WindowNoise {
-                transmission,
+        let window = |(number, error): (usize, &'m Matrix<f32>)| {
+            let uses = inputs.uses(number);
+            let of_hour = match uses.len() {
+                1 => Vec::new(),
+                _ => hours.iter().map(|hour| uses.iter().position(|u| u.holds(*hour)).unwrap_or(0)).collect(),
+            };
+            let noise = |used: WindowUse<'m>| WindowNoise {
+                transmission: used.transmission,
                 error,
-                is_traced: window.is_sunny(),
-                grey_squares: (grey(error) && grey_f64(transmission))
+                is_traced: used.is_sunny,
+                grey_squares: (grey(error) && grey_f64(used.transmission))
                     .then(|| error.data().as_chunks::<3>().0.iter().map(|e| e[0] * e[0]).collect()),
-            })
-            .collect();
+            };
+            Window { uses: uses.into_iter().map(noise).collect(), of_hour }
+        };
+        let windows = daylight_error.iter().enumerate().map(window).collect();
         Self { windows, sky, light, eye, suns }
     }
 }
@@ -100,6 +110,7 @@ impl HourNoise for MatrixNoise<'_> {
         let sky = column(self.sky);
         let mut first = 0;
         for (number, window) in self.windows.iter().enumerate() {
+            let window = &window.uses[window.of_hour.get(hour).copied().unwrap_or(0)];
             let range = first * 3..(first + window.error.rows()) * 3;
             first += window.error.rows();
             let outside = window.outside(&all[range.clone()]);
