@@ -86,7 +86,6 @@ pub mod output;
 pub(crate) mod parts;
 pub mod quality;
 mod sections;
-mod spelling;
 mod table;
 mod view_grid;
 pub mod views;
