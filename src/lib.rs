@@ -82,7 +82,7 @@
 //! # Who imports whom
 //!
 //! Downwards only; `tests/architecture` holds the list:
-//! `files, gpu, bins, matrix → bsdf, weather, sky → bvh, camera, image → scene, glare → kernels, metrics → simulate → report → cli`.
+//! `files, gpu, bins, matrix → bsdf, weather, sky → bvh, camera, image → scene, glare → kernels, metrics → control → simulate → report → cli`.
 //! The device layer knows nothing of daylight, the readers nothing of the device, the library nothing of
 //! the command line and the viewer.
 //!
@@ -100,6 +100,7 @@ pub mod bins;
 pub mod bsdf;
 pub(crate) mod bvh;
 pub mod camera;
+pub mod control;
 pub mod error;
 pub mod files;
 pub mod glare;

@@ -5,6 +5,10 @@
 //! become UTF-8. What is no text at all is called by its name: a web page that was saved in place of
 //! the file it shows, an archive, a spreadsheet, a picture.
 
+mod spelling;
+
+pub(crate) use spelling::nearest;
+
 use crate::error::{Error, Result};
 use crate::files;
 use std::borrow::Cow;

@@ -304,7 +304,8 @@ fn faults_of_the_section_are_answered_with_line_and_remedy() {
         String::from_utf8(run.stderr).unwrap()
     };
     let two = WINDOWS.replacen("bsdf = \"bsdf/blind.xml\"", "states = [\"bsdf/blind.xml\", \"bsdf/double_clear.xml\"]", 1);
-    let both = two.replacen("bsdf = \"bsdf/double_clear.xml\"", "states = [\"bsdf/blind.xml\"]", 1);
+    let both =
+        two.replacen("bsdf = \"bsdf/double_clear.xml\"", "states = [\"bsdf/blind.xml\"]", 1).replace("name = ", "group = \"all\"\nname = ");
     for (windows, glare, words) in [
         (WINDOWS, "method = \"pictures\"", &["glare.method", "\"imageless\""][..]),
         (WINDOWS, "treshold = 5", &["'treshold'", "did you mean 'threshold'?"]),
@@ -314,7 +315,7 @@ fn faults_of_the_section_are_answered_with_line_and_remedy() {
         (WINDOWS, "method = \"imageless\"\nthreshold = 7", &["glare.threshold", "average"]),
         (WINDOWS, "method = \"dgps\"\nveil = 0.5", &["glare.veil", "pictures"]),
         (WINDOWS, "task = [10, 20]", &["glare.task", "opening angle"]),
-        (&both, "", &["2 states", "'clerestory' has 1"]),
+        (&both, "", &["of group 'all'", "their states differ"]),
     ] {
         let text = complaint(windows, glare);
         assert!(words.iter().all(|w| text.contains(w)) && text.contains("project.toml:"), "{text}");

@@ -87,7 +87,7 @@ impl Year {
     }
 
     /// The hour of the year, from 0, that a step begins in.
-    pub(super) fn hour_of(&self, step: &Step) -> usize {
+    pub(crate) fn hour_of(&self, step: &Step) -> usize {
         let february = if self.is_leap() { 29 } else { 28 };
         let days = [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
         let before: usize = days[..usize::from(step.month).saturating_sub(1).min(12)].iter().sum();

@@ -134,9 +134,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let from_windows = match &from_sky {
         // No receiver needs it.
         Some(_) if daylight.is_empty() => None,
-        _ => {
-            Some(Light::of_facade(inputs, Daylight { total: &daylight, direct: &daylight_direct }, multiplier, &skies)?)
-        }
+        _ => Some(Light::of_facade(inputs, Daylight { total: &daylight, direct: &daylight_direct }, multiplier, &skies)?),
     };
     let (Some(at_sensors), Some(light)) = (from_sky.as_ref().or(from_windows.as_ref()), from_windows.as_ref().or(from_sky.as_ref())) else {
         unreachable!("light comes from the sky, or from windows");

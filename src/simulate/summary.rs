@@ -114,6 +114,9 @@ pub struct WindowSummary {
     /// Group of windows that it moves with; absent of a window without states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
+    /// Its states in which no sun is traced through it, though it is in others.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub states_without_sun: Vec<String>,
 }
 
 /// Windows that change their states together.
@@ -206,6 +209,7 @@ impl Summary {
             bins: w.bins(),
             parts: w.division.clone(),
             sun_is_traced: phases == 5 && inputs.is_sunny(i),
+            states_without_sun: w.states.iter().filter(|s| phases == 5 && !s.is_sunny()).map(|s| s.name.clone()).collect(),
             group: w.group.map(|g| inputs.facade.groups()[g].name.clone()),
         };
         (inputs.windows.iter().enumerate().map(of).collect(), inputs.differences() == Differences::Noisy)

@@ -40,13 +40,15 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("glare", &["bins", "camera", "image", "matrix", "progress"]),
     // Named metrics of a year, in f64 over arrays: knows nothing of simulate.
     ("metrics", &["glare", "matrix", "text", "weather"]),
+    // States of a façade over the year, in f64 over arrays: knows nothing of simulate.
+    ("control", &["metrics", "matrix", "text", "weather", "files"]),
     // Device code with its host half: reads no files.
     ("kernels", &["gpu", "bins", "bsdf", "scene", "bvh", "sky", "camera", "image", "glare", "matrix", "progress"]),
     (
         "simulate",
         &[
-            "gpu", "bvh", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "metrics", "matrix", "text",
-            "files", "progress",
+            "gpu", "bvh", "kernels", "bins", "bsdf", "weather", "sky", "scene", "camera", "image", "glare", "metrics", "control", "matrix",
+            "text", "files", "progress",
         ],
     ),
     // What results hold, on a page.

@@ -77,7 +77,11 @@ fn contradictions_are_answered_with_file_line_key_and_remedy() {
             said(&format!("bsdf = \"{SCENES}/blinds/blind.xml\"\n{states}"), "", five),
             &["error", "window 1.bsdf", "either"],
         ),
-        ("a shade with states", said(&format!("{states}\n{shade}"), "", five), &["error", "'south' in all states", "a project for each"]),
+        (
+            "a shade with states",
+            said(&format!("{states}\n{shade}"), "", five),
+            &["error", "'south' in all states", "[[window.state]] its own 'shade'"],
+        ),
         (
             "hourly suns, matrix of patches",
             said(&shade, "sun = \"C5186.mtx\"", "phases = 5\nsuns = \"hourly\""),

@@ -138,8 +138,7 @@ impl Inputs {
         models::warn(project, warnings)?;
         let schedule = states::schedule(project, &weather)?;
         let facade = project.facade.clone();
-        let inputs =
-            Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left, facade, schedule: schedule.clone() };
+        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left, facade, schedule: schedule.clone() };
         let mut inputs = inputs.with_schedule(schedule);
         parts::divide(project, &mut inputs)?;
         // A schedule that does not fit the year is told before hours of tracing.

@@ -1,7 +1,7 @@
 //! The façade as it is through the year: which window is in which state when.
 
-use super::windows::{ProjectWindow, WindowState};
 use super::Inputs;
+use super::windows::{ProjectWindow, WindowState};
 use crate::control::{Schedule, State, read};
 use crate::error::{Result, Warnings};
 use crate::matrix::Matrix;

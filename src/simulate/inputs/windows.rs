@@ -11,6 +11,7 @@ use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
 use crate::scene::{self, Pane, Scene, Window};
+use crate::simulate::project::states::alike;
 use crate::simulate::project::{Filling, Project, WindowSection};
 use crate::simulate::store::fingerprint::Fingerprint;
 use glam::DVec3;
@@ -95,7 +96,8 @@ impl ProjectWindow {
     /// If there is no such one.
     pub(crate) fn take_state(&mut self, number: State) {
         let WindowState { transmission, made_of, glass, shade, pane, .. } = self.states[usize::from(number)].clone();
-        (self.transmission, self.made_of, self.glass, self.shade, self.pane, self.state) = (transmission, made_of, glass, shade, pane, number);
+        (self.transmission, self.made_of, self.glass, self.shade, self.pane, self.state) =
+            (transmission, made_of, glass, shade, pane, number);
     }
 
     /// Bins of all its parts: columns of V and rows of D.
@@ -175,7 +177,7 @@ pub(super) fn read_windows(
             pane: first.pane,
             states: all,
             state: 0,
-            group: project.facade.groups().iter().position(|g| !section.states.is_empty() && g.name.eq_ignore_ascii_case(&section.group)),
+            group: project.facade.groups().iter().position(|g| !section.states.is_empty() && alike(&g.name, &section.group)),
             daylight,
         });
     }

@@ -142,13 +142,7 @@ pub(crate) fn through_rest(context: &Context<'_>, sensors: &[SensorGroup], suns:
     traced(context, sensors, suns, &open, "@")
 }
 
-fn traced(
-    context: &Context<'_>,
-    sensors: &[SensorGroup],
-    suns: &SunSet,
-    open: &Inputs,
-    behind: &str,
-) -> Result<Option<(SunMatrix, bool)>> {
+fn traced(context: &Context<'_>, sensors: &[SensorGroup], suns: &SunSet, open: &Inputs, behind: &str) -> Result<Option<(SunMatrix, bool)>> {
     if !open.windows.iter().any(|w| w.is_sunny()) {
         return Ok(None);
     }

@@ -9,7 +9,9 @@ use crate::kernels::sun_matrix::Sun;
 use crate::kernels::sun_matrix::pixels::{self, Models};
 use crate::kernels::trace::TraceStatistics;
 use crate::progress::Progress;
+use crate::scene::Scene;
 use crate::simulate::context::Context;
+use crate::simulate::inputs::Inputs;
 use crate::simulate::inputs::shade::{add, black_model};
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::plan::presets::sun_picture_options;
@@ -101,7 +103,7 @@ pub(crate) fn sun_pictures(
     let kept = context.store.stage(&format!("C_{name}"), *inputs.clone().add(&needed), context.progress);
     write(&path, suns, &inputs.to_string(), [shown.pixels(), needed.len()], &mut |out, fault| {
         let chunks = || needed.chunk_by(|a, b| places[*a].0 == places[*b].0).flat_map(|alike| alike.chunks(group));
-        let mut made = None;
+        let mut made: Option<(usize, Scene, Scene, Inputs)> = None;
         for (part, numbers) in chunks().enumerate() {
             let combination = places[numbers[0]].0;
             if made.as_ref().is_none_or(|(of, ..)| *of != combination) {

@@ -269,7 +269,10 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
         leave("paths to mirrors".into(), "nothing reflects or transmits other than diffusely", "paths that find none".into(), EXACT);
     }
     let shades = inputs.windows_in_use();
-    let panes = shades.iter().filter_map(|w| w.shade.as_ref()).any(|s| s.scene.materials.iter().any(|m| matches!(m.kind, crate::scene::MaterialKind::Glass { .. })));
+    let panes = shades
+        .iter()
+        .filter_map(|w| w.shade.as_ref())
+        .any(|s| s.scene.materials.iter().any(|m| matches!(m.kind, crate::scene::MaterialKind::Glass { .. })));
     if plan.phases == 5 && !panes && !features.glass {
         let because = "neither scene nor shades have glass";
         leave("panes, in the rays to suns".into(), because, "the shaders' loops through panes".into(), EXACT);

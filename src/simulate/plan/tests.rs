@@ -61,7 +61,7 @@ fn the_rays_of_every_phase_are_those_foretold() {
 fn suns_through_panes_in_pictures_cost_their_scattering_functions() {
     let blinds = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/blinds");
     let mut project = Project::read(&blinds.join("project.toml")).unwrap();
-    (project.windows[0].shade, project.windows[0].tensor_tree) = (None, Some(project.windows[0].bsdf_files()[0].clone()));
+    (project.windows[0].shade, project.windows[0].tensor_tree) = (None, Some(project.windows[0].bsdf_files()[0].to_path_buf()));
     let seconds = |project: &Project| {
         let inputs = Inputs::read(project, &mut Warnings::new()).unwrap();
         plan(project, &inputs).unwrap().costs.iter().find(|p| p.name == "suns of seat").unwrap().slow_seconds
@@ -89,10 +89,9 @@ fn states_and_pictures_cost_what_they_are_more() {
     let two = seconds(&project, "pictures");
     project.images.hours = crate::simulate::project::views::ImageHours::Daylight;
     assert!((seconds(&project, "pictures") / two - 4405.0 / 2.0).abs() < 1e-6);
-    // States have glare alone.
     project.images.hours = crate::simulate::project::views::ImageHours::None;
     project.sensors.clear();
-    let window = &mut project.windows[0];
-    window.states = vec![window.bsdf_files()[0].clone(); 3];
+    let file = project.windows[0].bsdf_files()[0].to_path_buf();
+    project.give_states(0, &vec![file; 3]);
     assert!((seconds(&project, "glare of desk") / one - 3.0).abs() < 1e-9);
 }

@@ -9,10 +9,11 @@
 //! A group that is not named stays in its first state.
 
 use super::document::Place;
-use super::spelling::nearest;
+use super::states::alike;
 use super::table::Table;
 use crate::control::{Facade, State};
 use crate::error::Result;
+use crate::text::nearest;
 use std::path::PathBuf;
 
 /// What decides the state of a group.
@@ -52,7 +53,7 @@ impl ControlSection {
         let mut groups: Vec<GroupControl> = Vec::new();
         for (key, text) in table.all_texts()? {
             let names: Vec<&str> = facade.groups().iter().map(|g| g.name.as_str()).collect();
-            let Some(number) = facade.groups().iter().position(|g| g.name.eq_ignore_ascii_case(&key)) else {
+            let Some(number) = facade.groups().iter().position(|g| alike(&g.name, &key)) else {
                 let error = table.error(&key, format!("there is no group of windows '{key}' with states"));
                 return Err(match (nearest(&key, &names), names.is_empty()) {
                     (_, true) => error.help("no window has states: add [[window.state]] to one, or take [control] out"),

@@ -184,7 +184,12 @@ pub const SECTIONS: &[Section] = &[
             key("glazing", "as of `[[window]]`", "–", "Layers."),
             key("interpolate", "as of `[[window]]`", "–", "Scattering data between two files'."),
             key("shade", "path", "–", "Real slats and panes that five phases trace the sun through in this state."),
-            key("tensor_tree", "path: XML", "–", "Scattering data of high resolution that five phases trace the sun through in this state."),
+            key(
+                "tensor_tree",
+                "path: XML",
+                "–",
+                "Scattering data of high resolution that five phases trace the sun through in this state.",
+            ),
         ],
     },
     Section {
@@ -358,7 +363,12 @@ mod tests {
         let described: BTreeSet<(String, String)> = SECTIONS
             .iter()
             .flat_map(|s| s.keys.iter().map(|k| (s.name.to_string(), k.name.to_string())))
-            .chain(SECTIONS.iter().map(|s| s.name.rsplit_once('.').unwrap_or(("", s.name))).map(|(of, name)| (of.to_string(), name.to_string())))
+            .chain(
+                SECTIONS
+                    .iter()
+                    .map(|s| s.name.rsplit_once('.').unwrap_or(("", s.name)))
+                    .map(|(of, name)| (of.to_string(), name.to_string())),
+            )
             .collect();
         let count: usize = SECTIONS.iter().map(|s| s.keys.len() + 1).sum();
         assert_eq!(described.len(), count, "a section or key stands twice");

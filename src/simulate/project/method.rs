@@ -254,7 +254,10 @@ impl MethodSection {
                 Choice::of(3, "the windows that suns could be traced through spread all light evenly")
             }
             Phases::Auto if shaded && !named && !asked.sensors && windows.iter().any(WindowSection::has_states_of_data_alone) => {
-                Choice::of(3, "the states of windows are scattering data that suns are not traced through; phases = 5 traces those through glass")
+                Choice::of(
+                    3,
+                    "the states of windows are scattering data that suns are not traced through; phases = 5 traces those through glass",
+                )
             }
             Phases::Auto if shaded && !named && windows.iter().any(|w| !w.is_glass()) => {
                 Choice::of(5, "the sun is traced through the clear panes themselves; not all windows are 'glass', so none is 'direct'")

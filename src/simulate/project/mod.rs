@@ -98,15 +98,14 @@ pub mod output;
 pub(crate) mod parts;
 pub mod quality;
 mod sections;
-mod spelling;
 pub(crate) mod states;
 mod table;
 mod view_grid;
 pub mod views;
 pub mod weather;
 
-pub use self::document::Place;
 use self::control::ControlSection;
+pub use self::document::Place;
 use self::document::Places;
 use self::found::Found;
 use self::glare::GlareSection;

@@ -213,7 +213,21 @@ impl WindowSection {
         let parts_place = table.place("parts");
         table.finish()?;
         let group = group.unwrap_or_else(|| name.clone());
-        Ok(Self { name, surface, filling, place, shade, tensor_tree, group, group_place, states, daylight, parts, parts_place, found: None })
+        Ok(Self {
+            name,
+            surface,
+            filling,
+            place,
+            shade,
+            tensor_tree,
+            group,
+            group_place,
+            states,
+            daylight,
+            parts,
+            parts_place,
+            found: None,
+        })
     }
 }
 

@@ -46,7 +46,7 @@ impl StateSection {
         let mut states: Vec<Self> = short.collect();
         for mut table in tables {
             let name = names::name(&mut table, "add name = \"open\" or the like")?;
-            if states.iter().any(|s| s.name.eq_ignore_ascii_case(&name)) {
+            if states.iter().any(|s| alike(&s.name, &name)) {
                 return Err(table
                     .error("name", format!("two states of a window have the name '{name}'"))
                     .help("give each its own name: result files are called after it (capitals do not count)"));
@@ -77,6 +77,11 @@ fn unique_names(files: &[PathBuf]) -> Vec<String> {
     names
 }
 
+/// Whether two names are the same: capitals do not count.
+pub(crate) fn alike(a: &str, b: &str) -> bool {
+    a.to_lowercase() == b.to_lowercase()
+}
+
 /// The groups of windows with states, in the order of the project.
 ///
 /// # Errors
@@ -84,7 +89,7 @@ fn unique_names(files: &[PathBuf]) -> Vec<String> {
 pub(super) fn facade(windows: &[WindowSection], place: &Place) -> Result<Facade> {
     let mut groups: Vec<(&WindowSection, Group)> = Vec::new();
     for window in windows {
-        let of_group = groups.iter().find(|(_, g)| g.name.eq_ignore_ascii_case(&window.group));
+        let of_group = groups.iter().find(|(_, g)| alike(&g.name, &window.group));
         let first = of_group.map(|(first, _)| *first);
         let differs = |first: &WindowSection| {
             let names = |w: &WindowSection| w.states.iter().map(|s| s.name.clone()).collect::<Vec<_>>();
@@ -104,7 +109,7 @@ pub(super) fn facade(windows: &[WindowSection], place: &Place) -> Result<Facade>
             (names(first) != names(window)).then(|| window.group_place.of(Error::new(text)).help(help))
         };
         // Also a window without states that is in the group of one with.
-        let sharing = windows.iter().take_while(|w| !std::ptr::eq(*w, window)).find(|w| w.group.eq_ignore_ascii_case(&window.group));
+        let sharing = windows.iter().take_while(|w| !std::ptr::eq(*w, window)).find(|w| alike(&w.group, &window.group));
         if let Some(fault) = first.or(sharing).and_then(differs) {
             return Err(fault);
         }
@@ -114,4 +119,22 @@ pub(super) fn facade(windows: &[WindowSection], place: &Place) -> Result<Facade>
         }
     }
     Facade::new(groups.into_iter().map(|(_, group)| group).collect()).map_err(|e| place.of(e))
+}
+
+#[cfg(test)]
+impl super::Project {
+    /// Gives a window these states, as `states = [files]` does.
+    pub(crate) fn give_states(&mut self, window: usize, files: &[PathBuf]) {
+        let section = &mut self.windows[window];
+        let place = section.place.clone();
+        let state = |(file, name): (&PathBuf, String)| StateSection {
+            name,
+            filling: Filling::Bsdf(file.clone()),
+            place: place.clone(),
+            shade: None,
+            tensor_tree: None,
+        };
+        section.states = files.iter().zip(unique_names(files)).map(state).collect();
+        self.facade = facade(&self.windows, &place).unwrap();
+    }
 }

@@ -7,10 +7,10 @@ mod lists;
 
 use super::document::kind;
 pub(super) use super::document::{Document, Place};
-use super::spelling::nearest;
 use crate::error::{Error, Result};
 use crate::image::series::Pattern;
 use crate::scene::{Format, split_part};
+use crate::text::nearest;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};

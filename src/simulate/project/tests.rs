@@ -176,23 +176,71 @@ fn views_and_hours_of_pictures_are_read() {
     assert!(complaint(&format!("{GOOD}{view}[images]\nhours = \"night\"\n")).contains("'night'"));
 }
 
+/// Two states by their tables, the first of glass.
+const STATES: &str = "group = \"façade\"\n[[window.state]]\nname = \"open\"\nglass = 0.65\n\
+                      [[window.state]]\nname = \"blind 45\"\nbsdf = \"b.xml\"\nshade = \"s.rad\"";
+
 #[test]
-fn states_are_for_glare_alone() {
-    let states = GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\", \"w.rad\"]");
-    let message = complaint(&states);
-    assert!(message.starts_with("project.toml:10: sensors: ") && message.contains("'south' has 2 states"), "{message}");
-    assert!(message.contains("illuminance is computed for one state only") && message.contains("a project for each state"));
-    let view = "[[view]]\nname = \"desk\"\nfile = \"m.rad\"\n";
-    let glare = states.replace("[[sensors]]\nname = \"workplane\"\npoints = \"p.txt\"\n", view) + "[glare]\n";
-    assert_eq!(read(&glare).unwrap().windows[0].states.len(), 2);
-    for images in ["hours = [12]", "hours = \"daylight\"", "components = true"] {
-        let message = complaint(&format!("{glare}[images]\n{images}\n"));
-        assert!(message.contains("images: ") && message.contains("a picture is computed for one state only"), "{message}");
-    }
-    let traced = glare.replace("phases = 3", "phases = 5").replace("surface = \"w.rad\"", "surface = \"w.rad\"\nshade = \"s.rad\"");
-    assert!(complaint(&traced).contains("tensor tree of window 'south' in all states"), "{}", complaint(&traced));
+fn states_are_read_in_both_forms() {
+    let short = read(&GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\", \"w.rad\", \"b.xml\"]")).unwrap();
+    let names = |p: &Project| p.windows[0].states.iter().map(|s| s.name.clone()).collect::<Vec<_>>();
+    assert_eq!((names(&short), short.windows[0].group.as_str()), (["b", "w", "b-2"].map(String::from).to_vec(), "south"));
+    assert_eq!(short.facade.groups()[0].states, names(&short));
     // One state is no choice.
     assert!(read(&GOOD.replace("bsdf = \"b.xml\"", "states = [\"b.xml\"]")).is_ok());
+    let text = GOOD.replace("bsdf = \"b.xml\"", STATES).replace("phases = 3", "phases = 5");
+    let long = read(&format!("{text}[control]\n\"façade\" = \"blind 45\"\n")).unwrap();
+    assert_eq!((names(&long), long.facade.groups()[0].name.as_str()), (["open", "blind 45"].map(String::from).to_vec(), "façade"));
+    let window = &long.windows[0];
+    assert!(window.filling.is_glass() && window.shade.is_none() && window.lets_suns_through() && !window.is_glass());
+    let closed = window.in_state(1);
+    assert!(closed.states.is_empty() && closed.shade.is_some() && closed.filling == Filling::Bsdf(window.bsdf_files()[0].clone()));
+    assert_eq!(long.control.groups[0].asked, super::control::Asked::Stays(1));
+    let scheduled = read(&format!("{text}[control]\n\"FAÇADE\" = \"p.txt\"\n")).unwrap();
+    assert!(matches!(&scheduled.control.groups[0].asked, super::control::Asked::Schedule(file) if file.ends_with("p.txt")));
+    let between = read(&GOOD.replace("bsdf = \"b.xml\"", "interpolate = [\"b.xml\", \"w.rad\", 0.25]")).unwrap();
+    assert!(matches!(&between.windows[0].filling, Filling::Interpolated([a, b], 0.25) if a.ends_with("b.xml") && b.ends_with("w.rad")));
+}
+
+#[test]
+fn faults_of_states_and_their_control_are_answered_with_line_key_and_remedy() {
+    let other = "[[window]]\nname = \"north\"\nsurface = \"w.rad\"\ngroup = \"façade\"\n";
+    let two = "[[window.state]]\nname = \"open\"\nglass = 0.5\n[[window.state]]\nname = \"shut\"\nglass = 0.1\n";
+    let with = |states: &str, more: &str| GOOD.replace("bsdf = \"b.xml\"", states).replace("phases = 3", "phases = 5") + more;
+    for (states, more, words) in [
+        (STATES, "[control]\nsouth = \"open\"\n", &["control.south", "no group of windows 'south'", "façade"][..]),
+        (STATES, "[control]\n\"façade\" = \"opne\"\n", &["control.façade", "neither a state", "did you mean the state 'open'?"]),
+        (STATES, "[control]\n\"façade\" = \"blinds.csv\"\n", &["control.façade", "neither a state", "nor a file", "open, blind 45"]),
+        (STATES, "[control]\n\"façade\" = 3\n", &["control.façade", "a whole number, not a text"]),
+        ("bsdf = \"b.xml\"\nshade = \"s.rad\"", "[control]\nsouth = \"open\"\n", &["control.south", "no window has states"]),
+        (&format!("glass = 0.5\n{STATES}"), "", &["window 1.glass", "either 'glass' or 'state'", "[[window.state]] of its own"]),
+        (&format!("shade = \"s.rad\"\n{STATES}"), "", &["window 1.shade", "'south' in all states, 'open' the first", "its own 'shade'"]),
+        (&format!("states = [\"b.xml\"]\n{STATES}"), "", &["window 1.states", "either 'states' or [[window.state]]"]),
+        (&STATES.replace("blind 45", "OPEN"), "", &["window 1.state 2.name", "two states", "'OPEN'"]),
+        (&STATES.replace("blind 45", "blind/45"), "", &["window 1.state 2.name", "file name"]),
+        (&STATES.replace("glass = 0.65\n", ""), "", &["[window 1.state 1]", "does not say what the window is made of"]),
+        (&STATES.replace("glass = 0.65", "glas = 0.65"), "", &["'glas'", "did you mean 'glass'?"]),
+        (&STATES.replace("glass = 0.65", "glass = 0.65\nshade = \"s.rad\""), "", &["window 1.state 1.shade", "the pane of 'glass' itself"]),
+        (
+            STATES,
+            &format!("{other}{two}"),
+            &["window 2.group", "'south' and 'north' are of group 'façade'", "'open', 'blind 45' and 'open', 'shut'"],
+        ),
+        (STATES, &format!("{other}glass = 0.5\n"), &["window 2.group", "'open', 'blind 45' and none", "groups of their own"]),
+        ("interpolate = [\"b.xml\", 0.5]", "", &["window 1.interpolate", "two files", "0.5]"]),
+        ("interpolate = [\"b.xml\", \"b.xml\", 1.5]", "", &["window 1.interpolate", "out of range"]),
+        ("interpolate = [\"b.xml\", \"c.xml\", 0.5]", "", &["window 1.interpolate", "no file"]),
+    ] {
+        let message = complaint(&with(states, more));
+        assert!(message.starts_with("project.toml:") && message.contains("help: "), "{states} {more}: {message}");
+        words.iter().for_each(|word| assert!(message.contains(word), "{states} {more}: no '{word}' in: {message}"));
+    }
+    let direct = with(STATES, "").replace("phases = 5", "phases = \"direct\"");
+    let message = complaint(&direct);
+    assert!(message.contains("method.phases") && message.contains("'south' has states") && message.contains("\"auto\" or 5"), "{message}");
+    // Suns made elsewhere passed one state.
+    let given = with(STATES, "").replace("points = \"p.txt\"", "points = \"p.txt\"\nsun = \"s.rad\"");
+    assert!(complaint(&given).contains("'workplane' has a sun matrix made elsewhere"), "{}", complaint(&given));
 }
 
 #[test]

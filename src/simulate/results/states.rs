@@ -253,11 +253,10 @@ pub(crate) fn write(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'
             let group = &inputs.facade.groups()[group];
             (group.name.as_str(), group.states[usize::from(state)].as_str())
         });
-        let of = named.map_or_else(|| "windows without states".to_string(), |(group, state)| format!("windows '{group}' in state '{state}'"));
+        let of =
+            named.map_or_else(|| "windows without states".to_string(), |(group, state)| format!("windows '{group}' in state '{state}'"));
         let folder = store.states_folder(named)?;
-        for (part, suffix, what) in
-            [(Some(&light.lux), "", "light"), (light.sun.as_ref(), "_direct", "light straight from the sun")]
-        {
+        for (part, suffix, what) in [(Some(&light.lux), "", "light"), (light.sun.as_ref(), "_direct", "light straight from the sun")] {
             let Some(part) = part else { continue };
             for (sensors, rows) in inputs.sensors.iter().zip(split(part, &inputs.sensors)) {
                 let about = format!("{what} at {} by {of} in {unit}, rows sensors, columns time steps", sensors.name);

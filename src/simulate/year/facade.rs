@@ -6,12 +6,14 @@ use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
 use crate::simulate::inputs::Differences;
 use crate::simulate::light::{Light, Skies, WindowLight};
+use crate::simulate::multiply::{lit_columns, select_columns};
 use crate::simulate::results::illuminance::illuminance;
 use crate::simulate::store::read_stored;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// T, D and Dd of all windows, and the skies of the year.
+/// T, D and Dd of all windows, each in the state that it is in, and the skies of the year.
 pub struct Facade {
     windows: Vec<Window>,
     skies: Skies,
@@ -19,11 +21,39 @@ pub struct Facade {
 }
 
 struct Window {
-    transmission: Matrix<f64>,
+    /// T of each state that it is ever in, and whether its sun is traced then.
+    states: Vec<(Matrix<f64>, bool)>,
+    /// Of each time step the number of its state among them; empty if there is one.
+    of_step: Vec<usize>,
     /// D, rows the bins of its parts, one part after the other.
     daylight: Matrix<f32>,
-    /// Dd, where its sun is traced.
+    /// Dd, where its sun is traced in any of them.
     direct: Option<Matrix<f32>>,
+}
+
+impl Window {
+    fn state(&self, step: usize) -> usize {
+        self.of_step.get(step).copied().unwrap_or(0)
+    }
+}
+
+/// The states of a window that moves: names of those that it is ever in, and which holds in each time step.
+fn schedule(year: &Year, group: &str) -> Result<Option<(Vec<String>, Vec<usize>)>> {
+    let Some(summary) = year.summary.groups.iter().find(|g| g.name == group) else { return Ok(None) };
+    let used: Vec<String> = summary.states.iter().filter(|s| s.hours > 0.0).map(|s| s.name.clone()).collect();
+    if used.len() < 2 {
+        return Ok(None);
+    }
+    let path = year.folder().join("control/schedule.csv");
+    let fault = |what: &str| Error::new(what.to_string()).file(&path).help("run the project again");
+    let text = crate::text::read(&path, "a schedule")?;
+    let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let column =
+        rows.next().and_then(|names| names.iter().position(|n| *n == group)).ok_or_else(|| fault("the group is not in the schedule"))?;
+    let state = |row: Vec<&str>| used.iter().position(|s| row.get(column).is_some_and(|name| *name == s.as_str()));
+    let of_step: Option<Vec<usize>> = rows.map(state).collect();
+    let of_step = of_step.filter(|all| all.len() == year.times.len()).ok_or_else(|| fault("the schedule is not that of the results"))?;
+    Ok(Some((used, of_step)))
 }
 
 /// A state of the façade: each window as computed, in a second state, or between the two. The sun of
@@ -58,18 +88,30 @@ impl Facade {
         let mut windows = Vec::new();
         for window in &year.summary.windows {
             let name = &window.name;
-            let (t, daylight) = (read(&format!("T_{name}"))?, read(&format!("D_{name}"))?);
+            let daylight = read(&format!("D_{name}"))?;
+            let moves = window.group.as_ref().map(|group| schedule(year, group)).transpose()?.flatten();
+            let (names, of_step) = match moves {
+                None => (vec![(format!("T_{name}"), window.sun_is_traced)], Vec::new()),
+                Some((states, of_step)) => {
+                    let sunny = |state: &String| window.sun_is_traced && !window.states_without_sun.contains(state);
+                    (states.iter().map(|state| (format!("T_{name}@{state}"), sunny(state))).collect(), of_step)
+                }
+            };
+            let states = names.iter().map(|(name, sunny)| Ok((read(name)?, *sunny))).collect::<Result<Vec<_>>>()?;
             let direct = window.sun_is_traced.then(|| read(&format!("D_{name}_direct"))).transpose()?;
             let shape = |m: &Matrix<f32>| (m.rows(), m.cols(), m.components());
-            let of_parts = daylight.rows() > 0 && daylight.rows().is_multiple_of(t.cols().max(1)) && t.rows() == t.cols();
+            let of_parts = |(t, _): &(Matrix<f32>, bool)| {
+                daylight.rows() > 0 && daylight.rows().is_multiple_of(t.cols().max(1)) && t.rows() == t.cols() && t.components() == 3
+            };
             let wanted = (daylight.rows(), whole.rows(), 3);
-            let fits = of_parts && shape(&daylight) == wanted && direct.as_ref().is_none_or(|d| shape(d) == wanted);
-            if !fits || t.components() != 3 || whole.components() != 3 {
+            let fits = shape(&daylight) == wanted && direct.as_ref().is_none_or(|d| shape(d) == wanted);
+            if !fits || !states.iter().all(of_parts) || whole.components() != 3 {
                 return Err(Error::new(format!("the matrices of window '{name}' do not fit each other"))
                     .file(year.folder())
                     .help("run the project again"));
             }
-            windows.push(Window { transmission: t.map(f64::from), daylight, direct });
+            let states = states.into_iter().map(|(t, sunny)| (t.map(f64::from), sunny)).collect();
+            windows.push(Window { states, of_step, daylight, direct });
         }
         let traced = windows.iter().any(|w| w.direct.is_some());
         let sun = if traced { Some(read("Sds")?).filter(|sun| sun.data().iter().any(|v| *v != 0.0)) } else { None };
@@ -93,9 +135,10 @@ impl Facade {
         sunny().map(|i| 1.0 - state.fraction(i)).sum::<f64>() / sunny().count().max(1) as f64
     }
 
-    fn mixed<'a>(&'a self, state: &FacadeState) -> Vec<Mixed<'a>> {
+    /// Each window in its own state, by number, on its way to the second.
+    fn mixed<'a>(&'a self, own: &[usize], state: &FacadeState) -> Vec<Mixed<'a>> {
         let of = |(i, window): (usize, &'a Window)| -> Mixed<'a> {
-            let (first, fraction) = (&window.transmission, state.fraction(i));
+            let (first, fraction) = (&window.states[own[i]].0, state.fraction(i));
             match state.second.get(i).and_then(Option::as_ref) {
                 Some(second) if fraction > 0.0 && second.data().len() == first.data().len() => {
                     let mixed = first.data().iter().zip(second.data()).map(|(a, b)| a + (b - a) * fraction).collect();
@@ -108,14 +151,49 @@ impl Facade {
         self.windows.iter().enumerate().map(of).collect()
     }
 
-    fn lights<'a>(&'a self, mixed: &'a [Mixed<'_>]) -> Vec<WindowLight<'a>> {
-        let parts = self.windows.iter().zip(mixed);
+    fn lights<'a>(&'a self, own: &[usize], mixed: &'a [Mixed<'_>]) -> Vec<WindowLight<'a>> {
+        let parts = self.windows.iter().zip(own).zip(mixed);
         parts
-            .map(|(window, (all, first))| WindowLight {
+            .map(|((window, own), (all, first))| WindowLight {
                 all: (&**all, &window.daylight),
-                sun: window.direct.as_ref().map(|direct| (&**first, direct)),
+                sun: window.direct.as_ref().filter(|_| window.states[*own].1).map(|direct| (&**first, direct)),
             })
             .collect()
+    }
+
+    /// Number of the state of each window at a step.
+    fn states_at(&self, step: usize) -> Vec<usize> {
+        self.windows.iter().map(|w| w.state(step)).collect()
+    }
+
+    /// What the windows send into the room in all hours.
+    fn year(&self, state: &FacadeState, multiplier: &dyn Multiplier) -> Result<Light> {
+        let steps = self.skies.whole.cols();
+        let mut together: BTreeMap<Vec<usize>, Vec<usize>> = BTreeMap::new();
+        (0..steps).for_each(|step| together.entry(self.states_at(step)).or_default().push(step));
+        let light =
+            |own: &[usize], skies: &Skies| Light::new(&self.lights(own, &self.mixed(own, state)), multiplier, skies, self.differences);
+        if together.len() < 2 {
+            return light(&self.states_at(0), &self.skies);
+        }
+        let hours = lit_columns(&self.skies.whole);
+        let bins = self.bins();
+        let mut all =
+            Light { right: Matrix::zeros(if self.has_suns() { 2 * bins } else { bins }, hours.len(), 3), bins, hours, all_hours: steps };
+        for (own, steps) in together {
+            let of = |sky: &Matrix<f32>| select_columns(sky, &steps);
+            let mut part = light(&own, &Skies { whole: of(&self.skies.whole), sun: self.skies.sun.as_ref().map(of) })?;
+            if self.has_suns() {
+                part.split();
+            }
+            for (column, lit) in part.hours.iter().enumerate() {
+                let Ok(to) = all.hours.binary_search(&steps[*lit]) else { continue };
+                for row in 0..all.right.rows() {
+                    all.right.at_mut(row, to).copy_from_slice(part.right.at(row, column));
+                }
+            }
+        }
+        Ok(all)
     }
 
     /// What the windows send into the room at a step.
@@ -126,7 +204,8 @@ impl Facade {
     /// # Panics
     /// If the year has no such step.
     pub fn light(&self, step: usize, state: &FacadeState) -> Result<Light> {
-        Light::of_hour(&self.lights(&self.mixed(state)), step, &self.skies, self.differences)
+        let own = self.states_at(step);
+        Light::of_hour(&self.lights(&own, &self.mixed(&own, state)), step, &self.skies, self.differences)
     }
 
     /// Illuminance `[sensor][step]` of a group of sensors, lx.
@@ -139,7 +218,7 @@ impl Facade {
                 .file(year.folder())
                 .help("for states of the façade run the project with phases = 5"));
         }
-        let light = Light::new(&self.lights(&self.mixed(state)), multiplier, &self.skies, self.differences)?;
+        let light = self.year(state, multiplier)?;
         let total = read_stored(&year.matrix(&format!("V_{group}")))?.matrix;
         if !light.is_split() {
             return Ok(light.over_the_year(&illuminance(multiplier, &total, &light.right)?));

@@ -79,12 +79,14 @@ impl ViewLight {
     /// # Panics
     /// If the year has no such step.
     pub fn at(&self, step: usize, state: &FacadeState) -> Result<StepLight> {
-        let light = self.facade.light(step, state)?;
+        let mut light = self.facade.light(step, state)?;
         let Some(suns) = &self.suns else {
             let mut terms = light.right.into_data();
             terms.truncate(light.bins * 3);
             return Ok(StepLight { terms, sun: Vec::new(), sun_is_traced: false });
         };
+        // No sun may be traced through the states of this step.
+        light.split();
         // An hour whose sun was not traced stays three-phase.
         let Ok(mut sun) = suns.sun_picture(step) else {
             return Ok(StepLight { terms: light.with_sun_in_patches().right.into_data(), sun: Vec::new(), sun_is_traced: false });

@@ -79,7 +79,8 @@ impl Surroundings {
         for section in &project.windows {
             // A section of several windows names each after itself.
             let own = |name: &&String| **name == section.name || name.starts_with(&format!("{}-", section.name));
-            let data = section.states.iter().skip(1).filter_map(|s| if let Filling::Bsdf(file) = &s.filling { Some(file.clone()) } else { None });
+            let data =
+                section.states.iter().skip(1).filter_map(|s| if let Filling::Bsdf(file) = &s.filling { Some(file.clone()) } else { None });
             let data: Vec<PathBuf> = data.collect();
             if !data.is_empty() {
                 let names = year.summary.windows.iter().map(|w| &w.name).filter(own);

@@ -82,7 +82,10 @@ fn deviations_are_those_of_the_products_replicate_by_replicate() {
     // With the sun taken out, as behind a shade, and without.
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/asymmetric/louvre.xml");
     let scattering = crate::bsdf::evaluate::Scattering::new(&crate::bsdf::read(&file, &mut Warnings::new()).unwrap()).unwrap();
-    inputs.windows[0].pane = Some(crate::kernels::sun_matrix::pane::PaneBsdf::Bsdf(scattering));
+    inputs.windows[0].pane = Some(crate::simulate::inputs::windows::SunPane {
+        data: crate::kernels::sun_matrix::pane::PaneBsdf::Bsdf(scattering),
+        inputs: crate::simulate::Fingerprint::new("louvre"),
+    });
     for taken in [None, Some(&sun)] {
         let chain = Chain { inputs: &inputs, view: &view, daylight: &daylight, sees_sky: false, sky: &sky, sun: taken };
         let light = light_of(&chain);

@@ -112,7 +112,9 @@ fn states_of_a_divided_window_and_glare_without_pictures() {
             let mut project = builder.build().unwrap();
             project.sensors.clear();
             project.windows[0].filling = Filling::Bsdf(states[0].into());
-            project.windows[0].states = if states.len() > 1 { states.iter().map(Into::into).collect() } else { Vec::new() };
+            if states.len() > 1 {
+                project.give_states(0, &states.iter().map(Into::into).collect::<Vec<_>>());
+            }
             let plan = Plan::new(project, &mut Warnings::new()).unwrap();
             let out = folder.path().join(format!("{method}{}{}", states.len(), states[0].len()));
             plan.write(&device, &out, &Silent, &mut Warnings::new()).unwrap();

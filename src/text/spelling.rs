@@ -1,7 +1,7 @@
-//! Keys that are meant by misspelt ones.
+//! Words that are meant by misspelt ones.
 
 /// The word nearest to `word`, if it is near enough to be a slip of the pen.
-pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+pub(crate) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
     let plain = |s: &str| s.to_lowercase().replace('-', "_");
     let word = plain(word);
     let (distance, near) = known.iter().map(|k| (edit_distance(&word, &plain(k)), *k)).min_by_key(|(d, _)| *d)?;
