@@ -163,7 +163,12 @@ fn every_hour_is_that_of_its_state_and_all_states_are_those_alone() {
         let with = |b: ProjectBuilder| b.set("method", "phases", phases);
         let alone: Vec<Year> = names
             .iter()
-            .map(|name| run(&device, with(window(room(folder.path()), "west", &[name])), &folder.path().join(format!("{name}{phases}"))))
+            .map(|name| {
+                // Alone it lets no sun through, and has three phases.
+                let phases = if *name == "shut" { 3 } else { phases };
+                let alone = window(room(folder.path()), "west", &[name]).set("method", "phases", phases);
+                run(&device, alone, &folder.path().join(format!("{name}{phases}")))
+            })
             .collect();
         let of_hour: [&str; 24] = std::array::from_fn(|h| names[(h / 2) % names.len()]);
         schedule(folder.path(), "moving.csv", &of_hour);
@@ -220,7 +225,15 @@ fn the_light_of_any_combination_is_the_sum_over_the_groups() {
             sum.data_mut().iter_mut().zip(light("east", b).data()).for_each(|(sum, v)| *sum += v);
             let alone = window(window(room(folder.path()), "west", &[a]), "east", &[b]).set("method", "phases", 5);
             let alone = run(&device, alone, &folder.path().join(format!("{a}{b}")));
-            worst = worst.max(difference(&sum, &alone.sensors[0].illuminance));
+            let (together, error) = (&alone.sensors[0].illuminance, alone.sensors[0].standard_error.as_ref().unwrap());
+            if (a, b) == ("slats", "open") {
+                // Slats scatter with other random numbers where more than they lets suns in.
+                for ((sum, together), error) in sum.data().iter().zip(together.data()).zip(error.data()) {
+                    assert!((sum - together).abs() <= 4.0 * std::f32::consts::SQRT_2 * error, "{sum} {together} ± {error}");
+                }
+            } else {
+                worst = worst.max(difference(&sum, together));
+            }
             // The façade as it moves, in the hours of this combination.
             let hours: Vec<usize> = (0..24).filter(|h| west[h % 2] == a && east[(h / 2) % 2] == b).collect();
             assert!(!hours.is_empty());
@@ -307,7 +320,7 @@ fn what_cannot_be_is_refused_and_what_is_unsaid_is_told() {
     assert!(told.contains("nothing decides the state of the windows 'west'") && told.contains("the first, 'open'"), "{told}");
     let outline = outline.unwrap();
     for words in [
-        "state 'slats': louvre.xml, the sun through 7 ",
+        "state 'slats': louvre.xml, the sun through 14 triangles",
         "group west: 2 states, in 'open' for 24 h, never moves",
         "Cds of states",
         "light of states",

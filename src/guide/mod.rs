@@ -25,6 +25,11 @@ pub mod five_phases {
     #![doc = include_str!("five_phases.md")]
 }
 
+/// Façades that move: groups of windows, their states, and what decides them.
+pub mod moving {
+    #![doc = include_str!("moving.md")]
+}
+
 /// Pictures of every hour.
 pub mod pictures {
     #![doc = include_str!("pictures.md")]

@@ -4,6 +4,7 @@
 //! parts    what a report is made of: sections of text, tables and figures
 //! plan     drawings of plans and sections of the room
 //! project  what was asked, the room, its windows
+//! facade   the states of the windows through the year
 //! metrics  metrics with names, their classes
 //! sensors  what the sensors tell
 //! glare    what the views tell
@@ -17,6 +18,7 @@
 
 mod account;
 mod compare;
+mod facade;
 mod glare;
 mod metrics;
 mod page;
@@ -51,10 +53,14 @@ impl Report {
         if results.is_empty() {
             return Err(Error::new("a report needs at least one folder of results"));
         }
+        let has_states = results.iter().any(|r| !r.year.summary.groups.is_empty());
         let names = names(&results.iter().map(|r| r.year.folder().to_path_buf()).collect::<Vec<_>>());
         let scales = sensors::Scales::of(results);
         let sections = |results: &Results| -> Result<Vec<Section>> {
             let mut sections = vec![project::section(results), project::room(results)];
+            if has_states {
+                sections.push(facade::section(results)?);
+            }
             sections.push(metrics::section(results));
             sections.push(sensors::section(results, &scales)?);
             sections.push(glare::section(results)?);

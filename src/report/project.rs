@@ -43,7 +43,7 @@ pub(super) fn section(results: &Results) -> Section {
         let tilt = if altitude.abs() < 0.05 { String::new() } else { format!(", {} of the horizon", tilt(altitude)) };
         windows.rows.push(vec![
             w.name.clone(),
-            w.glazing.clone(),
+            w.group.as_ref().map_or_else(|| w.glazing.clone(), |group| format!("states of group {group}")),
             format!("{:.2}", w.area),
             format!("{azimuth:.0}° ({}){tilt}", compass(azimuth)),
             if w.sun_is_traced { "traced" } else { "in the sky's patches" }.into(),
@@ -55,16 +55,6 @@ pub(super) fn section(results: &Results) -> Section {
     if !summary.glass_left.is_empty() {
         parts.push(Part::Heading("Glass of the scene that was not taken for windows".into()));
         parts.push(Part::Notes(summary.glass_left.clone()));
-    }
-    if let Some(around) = results.surroundings.as_ref().filter(|a| !a.states.is_empty()) {
-        let mut states = Table::new("states", "Further states of the windows", &["window", "states"]);
-        let mut names: Vec<_> = around.states.iter().collect();
-        names.sort();
-        for (window, files) in names {
-            let files: Vec<String> = files.iter().map(|f| f.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
-            states.rows.push(vec![window.clone(), files.join(", ")]);
-        }
-        parts.push(Part::Table(states));
     }
     Section { title: "Project and method", parts }
 }

@@ -152,7 +152,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let (groups, metrics) = sensors::write(context, &counting, &lux, &errors, &dark)?;
     sensors::write_sky(context, &made)?;
     let at_windows = Daylight { total: &daylight, direct: &daylight_direct };
-    states::write(context, &made, at_windows)?;
+    states::write(context, &made, at_windows, &mut ledger)?;
     write_schedule(context)?;
     let pictures = views::pictures(context, &mut ledger, &made, warnings)?;
     ledger.seconds.write = clock.elapsed().as_secs_f64();

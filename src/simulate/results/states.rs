@@ -8,8 +8,9 @@ use super::views::Made;
 use crate::control::State;
 use crate::error::Result;
 use crate::kernels::sun_matrix::SunMatrix;
+use crate::kernels::trace::TraceStatistics;
 use crate::matrix::Matrix;
-use crate::simulate::context::Context;
+use crate::simulate::context::{Context, Ledger};
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::inputs::windows::WindowState;
 use crate::simulate::inputs::{ProjectWindow, split};
@@ -18,6 +19,7 @@ use crate::simulate::multiply::{Factor, product, select_columns};
 use crate::simulate::phases::facade_suns::{through_group, through_rest};
 use crate::simulate::store::write_stored;
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// Memory for the products of states that are multiplied together, bytes.
 const BATCH_MEMORY: usize = 1 << 29;
@@ -41,10 +43,11 @@ pub struct StateLight {
 }
 
 impl StateLight {
-    /// The light of all groups in each of their states.
+    /// The light of all groups in each of their states, for rules that choose between them.
     ///
     /// # Errors
     /// Failures of device and file system, or when stopped.
+    #[allow(dead_code, reason = "schedules need no light; rules that choose by it do")]
     pub(crate) fn new(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'_>) -> Result<Self> {
         let mut all = Self { groups: vec![Vec::new(); context.inputs.facade.groups().len()], rest: None };
         each_state(context, made, daylight, &mut |whose, light| {
@@ -74,7 +77,7 @@ impl StateLight {
 /// Whose light it is: number of group and state, or nothing for the windows without states.
 pub(crate) type Whose = Option<(usize, State)>;
 
-/// Shows the light of every state of every group, then that of the windows without states.
+/// Shows the light of every state of every group, then that of the windows without states; gives what was traced for it.
 ///
 /// # Errors
 /// Failures of device and file system and of `show`, or when stopped.
@@ -83,8 +86,9 @@ pub(crate) fn each_state(
     made: &Made<'_>,
     daylight: Daylight<'_>,
     show: &mut dyn FnMut(Whose, LightOfState) -> Result<()>,
-) -> Result<()> {
+) -> Result<TraceStatistics> {
     let inputs = context.inputs;
+    let mut statistics = TraceStatistics::default();
     let suns = made.suns.map(|_| inputs.sun_set_of_states(context.project)).transpose()?;
     let sensors = &inputs.sensors;
     for (group, named) in inputs.facade.groups().iter().enumerate() {
@@ -104,6 +108,7 @@ pub(crate) fn each_state(
                     Some(suns) => through_group(context, sensors, suns, group, state)?.map(|(part, _)| (part, suns)),
                     None => None,
                 };
+                part.iter().for_each(|(part, _)| statistics.add(part.statistics));
                 show(Some((group, state)), with_suns(lux, part))?;
             }
         }
@@ -116,9 +121,10 @@ pub(crate) fn each_state(
             Some(suns) => through_rest(context, sensors, suns)?.map(|(part, _)| (part, suns)),
             None => None,
         };
+        part.iter().for_each(|(part, _)| statistics.add(part.statistics));
         show(None, with_suns(light, part))?;
     }
-    Ok(())
+    Ok(statistics)
 }
 
 /// A window as the formula has it.
@@ -241,14 +247,16 @@ fn with_suns(mut lux: Matrix<f32>, part: Option<(SunMatrix, &SunSet)>) -> LightO
 ///
 /// # Errors
 /// As [`each_state`].
-pub(crate) fn write(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'_>) -> Result<()> {
+pub(crate) fn write(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'_>, ledger: &mut Ledger) -> Result<()> {
     let (inputs, store) = (context.inputs, context.store);
     store.remove_states();
     if inputs.sensors.is_empty() || inputs.facade.groups().iter().all(|g| g.states.len() < 2) {
         return Ok(());
     }
     let unit = context.project.output.quantity.unit();
-    each_state(context, made, daylight, &mut |whose, light| {
+    let clock = Instant::now();
+    context.progress.begin("Cds of states");
+    let statistics = each_state(context, made, daylight, &mut |whose, light| {
         let named = whose.map(|(group, state)| {
             let group = &inputs.facade.groups()[group];
             (group.name.as_str(), group.states[usize::from(state)].as_str())
@@ -264,5 +272,8 @@ pub(crate) fn write(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'
             }
         }
         Ok(())
-    })
+    })?;
+    ledger.count(statistics, clock);
+    context.progress.begin("light of states");
+    Ok(())
 }

@@ -37,23 +37,16 @@ impl Window {
     }
 }
 
-/// The states of a window that moves: names of those that it is ever in, and which holds in each time step.
-fn schedule(year: &Year, group: &str) -> Result<Option<(Vec<String>, Vec<usize>)>> {
+/// The states of a window that moves: names of those that it is ever in, and which of them holds in each time step.
+fn moves(year: &Year, group: &str) -> Result<Option<(Vec<String>, Vec<usize>)>> {
     let Some(summary) = year.summary.groups.iter().find(|g| g.name == group) else { return Ok(None) };
-    let used: Vec<String> = summary.states.iter().filter(|s| s.hours > 0.0).map(|s| s.name.clone()).collect();
+    let used: Vec<usize> = (0..summary.states.len()).filter(|i| summary.states[*i].hours > 0.0).collect();
     if used.len() < 2 {
         return Ok(None);
     }
-    let path = year.folder().join("control/schedule.csv");
-    let fault = |what: &str| Error::new(what.to_string()).file(&path).help("run the project again");
-    let text = crate::text::read(&path, "a schedule")?;
-    let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let column =
-        rows.next().and_then(|names| names.iter().position(|n| *n == group)).ok_or_else(|| fault("the group is not in the schedule"))?;
-    let state = |row: Vec<&str>| used.iter().position(|s| row.get(column).is_some_and(|name| *name == s.as_str()));
-    let of_step: Option<Vec<usize>> = rows.map(state).collect();
-    let of_step = of_step.filter(|all| all.len() == year.times.len()).ok_or_else(|| fault("the schedule is not that of the results"))?;
-    Ok(Some((used, of_step)))
+    let own = |state: usize| used.iter().position(|u| *u == state).unwrap_or(0);
+    let of_step = year.states_of(group)?.into_iter().map(own).collect();
+    Ok(Some((used.iter().map(|i| summary.states[*i].name.clone()).collect(), of_step)))
 }
 
 /// A state of the façade: each window as computed, in a second state, or between the two. The sun of
@@ -89,8 +82,8 @@ impl Facade {
         for window in &year.summary.windows {
             let name = &window.name;
             let daylight = read(&format!("D_{name}"))?;
-            let moves = window.group.as_ref().map(|group| schedule(year, group)).transpose()?.flatten();
-            let (names, of_step) = match moves {
+            let moving = window.group.as_ref().map(|group| moves(year, group)).transpose()?.flatten();
+            let (names, of_step) = match moving {
                 None => (vec![(format!("T_{name}"), window.sun_is_traced)], Vec::new()),
                 Some((states, of_step)) => {
                     let sunny = |state: &String| window.sun_is_traced && !window.states_without_sun.contains(state);

@@ -11,6 +11,7 @@ mod files;
 pub mod metrics;
 pub mod picture;
 mod results;
+mod states;
 
 pub use self::arrays::{Sensors, ViewFile, Year};
 pub(super) use self::files::TemporaryFolder;
