@@ -144,6 +144,10 @@ fn main() -> Result<(), String> {
         multiply(v, &multiply(&t, &at_window, bins, bins, hours), v.len() / bins, bins, hours)
     };
     let (v, d) = (channel(&v), channel(&d));
+    // Radiance's programs take no comments among the points.
+    let points = std::fs::read_to_string(room.folder.join(room.points)).map_err(|e| e.to_string())?;
+    let points: Vec<&str> = points.lines().filter(|line| !line.trim_start().starts_with('#')).collect();
+    std::fs::write(at("points.txt"), points.join("\n") + "\n").map_err(|e| e.to_string())?;
     let converged = illuminance(&v, &d);
 
     let environment = radiance_path();
@@ -177,7 +181,8 @@ fn main() -> Result<(), String> {
                 .iter()
                 .map(|ad| {
                     let options = format!("-I+ -ab 4 -ad {ad} -lw {} -n 2 -y {sensors} -faf", 1.0 / f64::from(*ad));
-                    let command = format!("rfluxmtx {options} - {} -i {} < {} > {}", room.window, at("room.oct"), room.points, at("x.mtx"));
+                    let command =
+                        format!("rfluxmtx {options} - {} -i {} < {} > {}", room.window, at("room.oct"), at("points.txt"), at("x.mtx"));
                     (format!("-ad {ad}"), peer(command))
                 })
                 .collect(),
