@@ -189,7 +189,9 @@ fn every_hour_is_that_of_its_state_and_all_states_are_those_alone() {
             let found = read(&out.join(format!("illuminance/states/west/{name}/desks.mtx")));
             let differs = difference(&found, &alone.sensors[0].illuminance);
             println!("{phases} phases, state '{name}' in the batch: {differs:.1e}");
-            assert!(differs < 1e-6, "{name}: {differs}");
+            // Sums of as many terms as bins, channels and halves, taken in another order in 32 bits.
+            let rounding = 2.0 * f64::from(2 * 41 * 3).sqrt() * 2.0f64.powi(-24);
+            assert!(differs < rounding, "{name}: {differs}");
             let direct = out.join(format!("illuminance/states/west/{name}/desks_direct.mtx"));
             assert_eq!(direct.exists(), phases == 5 && *name != "shut", "{name}");
         }
