@@ -11,7 +11,7 @@ use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
 use crate::scene::{self, Pane, Scene, Window};
-use crate::simulate::project::states::alike;
+use crate::simulate::project::names::alike;
 use crate::simulate::project::{Filling, Project, WindowSection};
 use crate::simulate::store::fingerprint::Fingerprint;
 use glam::DVec3;

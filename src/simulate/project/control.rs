@@ -9,7 +9,7 @@
 //! A group that is not named stays in its first state.
 
 use super::document::Place;
-use super::states::alike;
+use super::names::alike;
 use super::table::Table;
 use crate::control::{Facade, State};
 use crate::error::Result;

@@ -5,8 +5,9 @@
 //! meets nothing is under the open sky on that side. Glass that is no window stays in the scene as it is; light passes
 //! it all the same, found by chance. Scattering data elsewhere are an error: rays of a scene do not meet them.
 
+use super::filling::Filling;
 use super::parts::Parts;
-use super::sections::{Filling, WindowSection};
+use super::sections::WindowSection;
 use super::table::Place;
 use crate::bsdf;
 use crate::bvh::Caster;

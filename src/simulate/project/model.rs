@@ -14,9 +14,10 @@
 //! `surface = "room.hbjson#south"`, `points = "room.hbjson#Workplane"`, `file = "room.hbjson#desk"` of a view,
 //! `bsdf = "room.hbjson#blind"` of a modifier.
 
+use super::filling::Filling;
 use super::given::GivenPictures;
 use super::parts::Parts;
-use super::sections::{Filling, SensorPoints, SensorsSection, WindowSection};
+use super::sections::{SensorPoints, SensorsSection, WindowSection};
 use super::table::Place;
 use super::views::{DEFAULT_RESOLUTION, ViewSection, view_of_options};
 use crate::error::{Error, Result, Warnings};

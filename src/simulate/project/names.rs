@@ -29,6 +29,11 @@ pub(super) fn check(table: &Table<'_, '_>, key: &str, name: &str) -> Result<()> 
     Ok(())
 }
 
+/// Whether two names are the same: capitals do not count.
+pub(crate) fn alike(a: &str, b: &str) -> bool {
+    a.to_lowercase() == b.to_lowercase()
+}
+
 fn is_device(name: &str) -> bool {
     let stem = name.split('.').next().unwrap_or_default().to_lowercase();
     let numbered = |port: &str| stem.strip_prefix(port).is_some_and(|n| n.len() == 1 && n.as_bytes()[0].is_ascii_digit());
