@@ -16,12 +16,13 @@ pub fn run(_args: Args, _warnings: &mut Warnings) -> Result<ExitCode> {
     }
     for (index, device) in devices.iter().enumerate() {
         // A driver that lists a device may still fail to open it, or stop long loops silently.
-        let probe = match Device::open(Some(&index.to_string())).and_then(|d| d.loop_limit()) {
+        let opened = Device::open(Some(&index.to_string()));
+        let probe = match opened.as_ref().map_err(Clone::clone).and_then(Device::loop_limit) {
             Ok(None) => "no loop limit found".to_string(),
             Ok(Some(limit)) => format!("ends loops after {limit} iterations"),
             Err(error) => format!("cannot be used: {error}"),
         };
-        print!("{}", describe(index, device, &probe));
+        print!("{}", describe(index, opened.as_ref().map_or(device, Device::summary), &probe));
     }
     Ok(ExitCode::SUCCESS)
 }

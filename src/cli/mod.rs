@@ -59,6 +59,11 @@ enum Verb {
     /// Discomfort glare of pictures: DGP, UGR and others (as evalglare).
     Glare(Box<glare::Args>),
     /// GPU devices of this machine, the preferred one first.
+    ///
+    /// Any device will do that has WebGPU's default limits: 8 storage buffers and 256 invocations a workgroup, 16 KiB of
+    /// its memory, bindings of 128 MiB. Neither 64-bit numbers nor subgroups are needed. A scene is one binding: about
+    /// two million triangles fit 128 MiB, and more where a device binds more. LUCARNE_LIMITS=webgpu holds any device
+    /// to these limits; results keep their bits.
     Devices(devices::Args),
     /// All keys of a project file, with their values and defaults.
     Keys(keys::Args),

@@ -73,21 +73,35 @@ impl AdapterSummary {
             wgpu::DeviceType::VirtualGpu | wgpu::DeviceType::Other => DeviceKind::Other,
             wgpu::DeviceType::Cpu => DeviceKind::Cpu,
         };
-        Self {
+        let mut summary = Self {
             name: info.name,
             kind,
             backend: format!("{:?}", info.backend),
             driver: format!("{} {}", info.driver, info.driver_info).trim().to_string(),
-            max_binding_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
-            max_buffer_bytes: limits.max_buffer_size,
-            workgroup_memory_bytes: limits.max_compute_workgroup_storage_size,
-            max_workgroup_size: limits.max_compute_invocations_per_workgroup,
-            max_workgroups: limits.max_compute_workgroups_per_dimension,
+            max_binding_bytes: 0,
+            max_buffer_bytes: 0,
+            workgroup_memory_bytes: 0,
+            max_workgroup_size: 0,
+            max_workgroups: 0,
             subgroup_sizes: [info.subgroup_min_size, info.subgroup_max_size],
-            subgroups: features.contains(wgpu::Features::SUBGROUP),
-            f64: features.contains(wgpu::Features::SHADER_F64),
-            int64: features.contains(wgpu::Features::SHADER_INT64),
-        }
+            subgroups: false,
+            f64: false,
+            int64: false,
+        };
+        summary.restrict(&limits, features);
+        summary
+    }
+
+    /// Says these limits and features.
+    fn restrict(&mut self, limits: &wgpu::Limits, features: wgpu::Features) {
+        self.max_binding_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        self.max_buffer_bytes = limits.max_buffer_size;
+        self.workgroup_memory_bytes = limits.max_compute_workgroup_storage_size;
+        self.max_workgroup_size = limits.max_compute_invocations_per_workgroup;
+        self.max_workgroups = limits.max_compute_workgroups_per_dimension;
+        self.subgroups = features.contains(wgpu::Features::SUBGROUP);
+        self.f64 = features.contains(wgpu::Features::SHADER_F64);
+        self.int64 = features.contains(wgpu::Features::SHADER_INT64);
     }
 
     /// Discrete before integrated before CPU; on a tie Vulkan first.
@@ -132,6 +146,21 @@ fn choose(all: &[AdapterSummary], choice: Option<&str>) -> Result<usize> {
     })
 }
 
+/// The environment variable that says how much of a device may be used.
+const LIMITS: &str = "LUCARNE_LIMITS";
+
+/// Whether a device is held to WebGPU's default limits, with none of its special features: what every kernel
+/// must do with.
+fn is_capped(value: Option<&str>) -> Result<bool> {
+    match value.map(str::trim) {
+        None | Some("") => Ok(false),
+        Some("webgpu") => Ok(true),
+        Some(other) => Err(Error::new(format!("'{other}' names no limits of devices"))
+            .field(LIMITS)
+            .help("leave it out, which uses all that the device has, or write webgpu, which holds it to WebGPU's default limits")),
+    }
+}
+
 /// An open device. Cheap to clone; may be used from several threads.
 #[derive(Clone)]
 pub struct Device(pub(super) Arc<Inner>);
@@ -156,11 +185,12 @@ impl fmt::Debug for Device {
 impl Device {
     /// Opens a device: `choice` is an index of [`list`] or part of a name; without it the
     /// environment variable `LUCARNE_DEVICE` says it; else the first of discrete, integrated, CPU.
-    /// All limits of the adapter are asked for.
+    /// All limits of the adapter are asked for; with `LUCARNE_LIMITS=webgpu` WebGPU's default limits, without
+    /// 64-bit numbers and subgroups, which changes no result.
     ///
     /// # Errors
-    /// No device at all (with what to install), none of that name (with the names there are), or
-    /// the driver refuses.
+    /// No device at all (with what to install), none of that name (with the names there are), other limits than
+    /// these, or the driver refuses.
     pub fn open(choice: Option<&str>) -> Result<Self> {
         let environment = std::env::var("LUCARNE_DEVICE").ok();
         let mut all = adapters();
@@ -170,16 +200,20 @@ impl Device {
             (Some(_), _) if !summaries.is_empty() => e.field("--device"),
             _ => e,
         })?;
-        let (summary, adapter) = all.swap_remove(index);
+        let (mut summary, adapter) = all.swap_remove(index);
+        let capped = is_capped(std::env::var(LIMITS).ok().as_deref())?;
         let useful = wgpu::Features::SUBGROUP
             | wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::SHADER_F64
             | wgpu::Features::SHADER_INT64
             | wgpu::Features::SHADER_FLOAT32_ATOMIC;
-        let limits = adapter.limits();
+        let own = adapter.limits();
+        let limits = if capped { wgpu::Limits::default().or_worse_values_from(&own) } else { own };
+        let features = if capped { wgpu::Features::empty() } else { adapter.features() & useful };
+        summary.restrict(&limits, features);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("lucarne"),
-            required_features: adapter.features() & useful,
+            required_features: features,
             required_limits: limits.clone(),
             experimental_features: wgpu::ExperimentalFeatures::disabled(),
             memory_hints: wgpu::MemoryHints::Performance,
@@ -339,6 +373,13 @@ mod tests {
         assert_eq!(choose(&all, Some("dx12")).unwrap(), 1);
         assert!(choose(&all, Some("7")).unwrap_err().to_string().contains("0 = Card"));
         assert!(choose(&[], Some("x")).unwrap_err().to_string().contains("mesa-vulkan-drivers"));
+    }
+
+    #[test]
+    fn only_known_limits_are_taken() {
+        assert_eq!([None, Some(""), Some(" webgpu ")].map(|v| is_capped(v).unwrap()), [false, false, true]);
+        let error = is_capped(Some("nonsense")).unwrap_err().to_string();
+        assert!(error.contains("LUCARNE_LIMITS") && error.contains("'nonsense'") && error.contains("webgpu"), "{error}");
     }
 
     #[test]
