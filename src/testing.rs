@@ -4,7 +4,7 @@
 //! The unit tests have this file as a module, integration tests include it by its path. A test that
 //! lacks something calls [`skip`] (or a function here that does) and returns. Every skip is a line in
 //! `target/skipped.txt`, which `make test` counts and shows at its end: libtest swallows what passing
-//! tests print. `LUCARNE_REQUIRE=gpu,radiance,shared,pywincalc,honeybee` (or some of them) makes it a failure.
+//! tests print. `LUCARNE_REQUIRE=gpu,swiftshader,radiance,shared,pywincalc,honeybee` (or some of them) makes it a failure.
 #![allow(dead_code, unused_imports, reason = "not every test that includes this file needs all of it")]
 
 use std::fmt::Display;
@@ -19,6 +19,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 pub enum Need {
     /// A device that kernels run on.
     Gpu,
+    /// A second Vulkan driver, SwiftShader, of Debian's package `chromium-common`.
+    Swiftshader,
     /// Radiance's programs, Python package `pyradiance`.
     Radiance,
     /// The folder of reference data.
@@ -34,6 +36,7 @@ impl Need {
     pub fn word(self) -> &'static str {
         match self {
             Self::Gpu => "gpu",
+            Self::Swiftshader => "swiftshader",
             Self::Radiance => "radiance",
             Self::Shared => "shared",
             Self::Pywincalc => "pywincalc",
@@ -140,6 +143,17 @@ pub fn has_device(program: &str) -> bool {
     let found = *FOUND.get_or_init(|| Command::new(program).arg("devices").output().is_ok_and(|out| out.status.success()));
     if !found {
         skip(Need::Gpu, &"no device was found");
+    }
+    found
+}
+
+/// What the Vulkan loader's `VK_DRIVER_FILES` must name for SwiftShader, or a skip: the file that the package installs,
+/// or that `.ci/install-missing swiftshader` unpacked.
+pub fn swiftshader() -> Option<PathBuf> {
+    let file = "usr/lib/chromium/vk_swiftshader_icd.json";
+    let found = [PathBuf::from("/").join(file), target().join("swiftshader").join(file)].into_iter().find(|f| f.is_file());
+    if found.is_none() {
+        skip(Need::Swiftshader, &"SwiftShader is not there: .ci/install-missing swiftshader");
     }
     found
 }
