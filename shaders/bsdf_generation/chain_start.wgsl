@@ -2,11 +2,12 @@
 
 import package::generated::{Chain};
 import package::shared::random::{sample_four};
-import package::shared::material::{materials, largest};
+import package::shared::material::{largest};
 import package::shared::counters::{count_finished};
 import package::bsdf_generation::sample::{params, in_period};
 import package::bsdf_generation::directions::{turned};
 import package::bsdf_generation::chain::{chains};
+import package::shared::scene::{material_at};
 
 // Three corners each, once for either side; the first one's w is the upper limit of the entry's share
 // of all chains, the second's the bits of its material. Corners run counter-clockwise on the side of
@@ -38,7 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let position = a * (1.0 - root) + b * (root * (1.0 - numbers.z)) + c * (root * numbers.z);
     let arriving = normalize(cross(b - a, c - a));
     let number = bitcast<u32>(diffuse_triangles[low * 3u + 1u].w);
-    let material = materials[number];
+    let material = material_at(number);
     let reflected = largest(material.diffuse);
     let transmitted = largest(material.diffuse_transmitted);
     var chain = Chain(in_period(position), number, arriving, 1u, arriving, low, vec3<f32>(0.0), 0u);

@@ -3,11 +3,12 @@
 import package::generated::{MOST_PATH_SEGMENTS};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::material::{scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::counters::{counters, count_finished};
 import package::bsdf_generation::sample::{params, fly, in_period};
 import package::bsdf_generation::directions::{turned};
 import package::bsdf_generation::chain::{chains};
+import package::shared::scene::{material_at};
 
 @group(0) @binding(8) var<storage, read> listed: array<u32>;
 // 1 where a listed chain goes on.
@@ -39,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let choices = sample_pair(index, 1u + segment * 2u, seed);
         let slope = sample_pair(index, 2u + segment * 2u, seed);
         let number_there = triangle_material(hit.triangle);
-        let event = scatter(materials[number_there], direction, facing, front, choices.x, slope);
+        let event = scatter(material_at(number_there), direction, facing, front, choices.x, slope);
         weight *= event.weight;
         if event.lobe == LOBE_NONE || largest(weight) <= 0.0 {
             break;

@@ -4,7 +4,8 @@
 // x and y and the size of z count. The sample's frame is the world: z into the room, y up.
 
 import package::generated::{DIRECTIONS_RINGS, DIRECTIONS_SLICES, TAU};
-import package::shared::window::{windows, rings, window_bin, window_bin_direction};
+import package::shared::window::{window_bin, window_bin_direction};
+import package::shared::scene::{ring_at, window_at};
 
 override DIRECTIONS: u32 = 0u;
 // Cells along a side of the square.
@@ -90,14 +91,14 @@ fn sample_slice(cell: u32, random: vec2<f32>, projected: bool) -> CellSample {
 
 fn sample_ring(cell: u32, random: vec2<f32>, projected: bool) -> CellSample {
     if projected {
-        let direction = window_bin_direction(windows[0], cell, random);
+        let direction = window_bin_direction(window_at(0), cell, random);
         return CellSample(direction, 1.0 / max(direction.z, 1e-6));
     }
-    var ring = windows[0].rings - 1u;
-    while rings[ring].first > cell {
+    var ring = window_at(0).rings - 1u;
+    while ring_at(ring).first > cell {
         ring -= 1u;
     }
-    let r = rings[ring];
+    let r = ring_at(ring);
     let low = sqrt(r.cos2_low);
     let high = sqrt(r.cos2_high);
     let cosine = mix(low, high, random.x);
@@ -120,7 +121,7 @@ fn sample_cell(cell: u32, incident: bool, random: vec2<f32>, half: f32, projecte
 // Cell of light travelling along `direction`; with slices, of outgoing light only.
 fn cell_of(direction: vec3<f32>) -> u32 {
     if DIRECTIONS == DIRECTIONS_RINGS {
-        return window_bin(windows[0], direction);
+        return window_bin(window_at(0), direction);
     }
     let r = min(length(direction.xy), 1.0);
     var phi = atan2(direction.y, direction.x);

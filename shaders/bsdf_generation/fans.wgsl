@@ -8,12 +8,12 @@
 import package::generated::{DIRECTIONS_RINGS, DIRECTIONS_SLICES, TAU};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, largest, diffuse_share, LOBE_SPECULAR};
-import package::shared::window::{windows, rings};
+import package::shared::material::{scatter, largest, diffuse_share, LOBE_SPECULAR};
 import package::shared::counters::{counters, count_finished};
 import package::bsdf_generation::sample::{params, fly, in_period, REPEAT_X, REPEAT_Y};
 import package::bsdf_generation::directions::{sample_cell, cell_of, turned, DIRECTIONS};
 import package::bsdf_generation::chain::{chains, PARALLEL};
+import package::shared::scene::{material_at, ring_at, window_at};
 
 override INCOMING: bool = false;
 override SPECULAR: bool = true;
@@ -26,11 +26,11 @@ const MOST_SEGMENTS: u32 = 64u;
 
 // Of a ring's cell, relative to the hemisphere's.
 fn projected_share(cell: u32) -> f32 {
-    var ring = windows[0].rings - 1u;
-    while rings[ring].first > cell {
+    var ring = window_at(0).rings - 1u;
+    while ring_at(ring).first > cell {
         ring -= 1u;
     }
-    return (rings[ring].cos2_low - rings[ring].cos2_high) / f32(rings[ring].bins);
+    return (ring_at(ring).cos2_low - ring_at(ring).cos2_high) / f32(ring_at(ring).bins);
 }
 
 // Whether light that arrives at `position` against `direction` has come through the face of the box.
@@ -71,7 +71,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     var position = in_period(offset_from_surface(chain.position, normal));
     var weight = vec3<f32>(cosine * chosen.weight);
     if INCOMING {
-        weight *= diffuse_share(materials[chain.material], cosine);
+        weight *= diffuse_share(material_at(chain.material), cosine);
     } else {
         weight *= chain.weight / (0.5 * TAU);
     }
@@ -92,7 +92,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         let front = dot(surface, direction) < 0.0;
         let facing = select(-surface, surface, front);
         let choice = sample_pair(index, 3u + segment, seed);
-        let event = scatter(materials[triangle_material(hit.triangle)], direction, facing, front, choice.x, vec2<f32>(0.0));
+        let event = scatter(material_at(triangle_material(hit.triangle)), direction, facing, front, choice.x, vec2<f32>(0.0));
         weight *= event.weight;
         if event.lobe != LOBE_SPECULAR || largest(weight) <= 0.0 {
             break;

@@ -10,10 +10,11 @@
 import package::generated::{DIRECTIONS_SLICES, MATERIAL_MIRROR, MOST_PATH_SEGMENTS, NOWHERE, TAU};
 import package::shared::random::{sample_pair, sample_four, hash_combine};
 import package::shared::bvh::{leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};
+import package::shared::material::{scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};
 import package::shared::counters::{counters, count_finished};
 import package::bsdf_generation::sample::{params, fly, in_period};
 import package::bsdf_generation::directions::{sample_cell, cell_of, turned, DIRECTIONS};
+import package::shared::scene::{material_at};
 
 // Whether paths go on after a diffuse reflection; otherwise they end there without a record.
 override FOLLOW_DIFFUSE: bool = true;
@@ -66,7 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let facing = select(-normal, normal, front);
         let choices = sample_pair(index, 3u + segment * 2u, seed);
         let slope = sample_pair(index, 4u + segment * 2u, seed);
-        let material = materials[triangle_material(hit.triangle)];
+        let material = material_at(triangle_material(hit.triangle));
         var event: Scatter;
         if WAYS == 2u && !divided {
             let ways = smooth_specular(material, max(-dot(facing, direction), 1e-6), front);

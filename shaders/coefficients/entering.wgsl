@@ -2,9 +2,10 @@
 
 import package::coefficients::deposit::{params};
 import package::shared::bvh::{offset_from_surface};
-import package::shared::material::{materials, glass_pane, largest};
+import package::shared::material::{glass_pane, largest};
 import package::shared::outside::{follow_outside, Outdoors, NO_PATCH};
-import package::shared::window::{windows, sample_windows, direct_transmittance};
+import package::shared::window::{sample_windows, direct_transmittance};
+import package::shared::scene::{material_at, window_at};
 
 struct Entering {
     // Where it comes from, or NO_PATCH.
@@ -29,8 +30,8 @@ fn light_of_windows(position: vec3<f32>, side: vec3<f32>, random: vec2<f32>, ind
         return result;
     }
     result.possible = cosine * to_window.weight;
-    let window = windows[to_window.window];
-    let pane = materials[params.first_pane + to_window.window];
+    let window = window_at(to_window.window);
+    let pane = material_at(params.first_pane + to_window.window);
     let through = glass_pane(pane.specular, pane.roughness, max(-dot(to_window.direction, window.z), 1e-6))[0];
     let passed = direct_transmittance(position, to_window.direction, to_window.distance * 0.99999) * through;
     if largest(passed) <= 0.0 {

@@ -14,10 +14,11 @@ import package::coefficients::deposit::{params, deposit, DIRECT, OTHER};
 import package::coefficients::entering::{light_of_windows};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::material::{scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::outside::{NO_PATCH};
 import package::shared::sky::{sky_bin};
 import package::shared::counters::{counters, count_finished};
+import package::shared::scene::{material_at};
 
 @group(0) @binding(11) var<storage, read> sensors: array<Receiver>;
 // [sensor]: light found of windows, its sum in `LOOK_UNITS`; of the sky by no window, its sum.
@@ -77,7 +78,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let normal = triangle_normal(hit.triangle);
         let front = dot(normal, direction) < 0.0;
         let facing = select(-normal, normal, front);
-        let material = materials[triangle_material(hit.triangle)];
+        let material = material_at(triangle_material(hit.triangle));
         let choices = sample_pair(index, 1u + segment * 3u, seed);
         let slope = sample_pair(index, 2u + segment * 3u, seed);
         let event = scatter(material, direction, facing, front, choices.x, slope);

@@ -8,10 +8,11 @@ import package::coefficients::sunlight::{path_label, sun_outside, sunlight_outsi
 import package::shared::bvh::{offset_from_surface};
 import package::shared::counters::{counters, count_finished};
 import package::shared::disc::{disc_direction};
-import package::shared::material::{materials, cosine_direction, glass_pane, largest};
+import package::shared::material::{cosine_direction, glass_pane, largest};
 import package::shared::outside::{Outdoors};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::window::{windows, window_point};
+import package::shared::window::{window_point};
+import package::shared::scene::{material_at, window_at};
 
 @group(0) @binding(6) var<uniform> params: CoefficientParams;
 // [batch][sun][path]
@@ -20,7 +21,7 @@ import package::shared::window::{windows, window_point};
 
 // Area of a window that light is looked for through: as the sun sees it, or all.
 fn seen_area(w: u32, sun: SunRecord, reflected: bool) -> f32 {
-    return windows[w].area * select(max(-dot(sun.direction, windows[w].z), 0.0), 1.0, reflected);
+    return window_at(w).area * select(max(-dot(sun.direction, window_at(w).z), 0.0), 1.0, reflected);
 }
 
 @compute @workgroup_size(64)
@@ -56,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         w += 1u;
         area = seen_area(w, sun, reflected);
     }
-    let window = windows[w];
+    let window = window_at(w);
     choice.x = clamp(rest / max(area, 1e-20), 0.0, 0.99999994);
     let point = window_point(window, choice);
     let start = offset_from_surface(point, -window.z);
@@ -83,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         // The point stands for the window's share of all that the sun's centre sees.
         flux = sun_outside(start, towards, params.window_count) * (cosine * window.area / area * total);
     }
-    let pane = materials[params.first_pane + w];
+    let pane = material_at(params.first_pane + w);
     flux *= glass_pane(pane.specular, pane.roughness, max(cosine, 1e-6))[0] * (f32(params.samples) / f32(count));
     if largest(flux) > 0.0 {
         paths[slot] = LightPath(offset_from_surface(point, window.z), 1u, -towards, 2u, flux, path_label(list, bounces, true));

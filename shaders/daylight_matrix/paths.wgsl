@@ -8,8 +8,9 @@ import package::generated::{DaylightParams};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{offset_from_surface};
 import package::shared::outside::{follow_outside, Outdoors, NO_PATCH};
-import package::shared::window::{windows, window_point, window_bin_direction};
+import package::shared::window::{window_point, window_bin_direction};
 import package::shared::counters::{counters, count_finished};
+import package::shared::scene::{window_at};
 
 // 1 for grey scenes, 3 for coloured ones.
 override COMPONENTS: u32 = 3u;
@@ -35,7 +36,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let index = params.first_path + path;
     let seed = hash_combine(params.seed, bin);
-    let window = windows[params.window];
+    let window = window_at(params.window);
     // The window itself absorbs what comes back to it.
     let position = offset_from_surface(window_point(window, sample_pair(index, 0u, seed)), -window.z);
     let direction = -window_bin_direction(window, bin, sample_pair(index, 1u, seed));

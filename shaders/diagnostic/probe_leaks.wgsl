@@ -3,9 +3,10 @@
 
 import package::generated::{LeakCounts, LeakProbeParams, FAR_AWAY};
 import package::shared::random::{hash_combine, hash_u32, unit_f32};
-import package::shared::bvh::{bvh_triangles, closest_hit, leave_surface, triangle_normal, NO_TRIANGLE};
+import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, NO_TRIANGLE};
 import package::shared::material::{cosine_direction};
 import package::shared::counters::{count_finished};
+import package::shared::scene::{triangle_corner};
 
 @group(0) @binding(6) var<uniform> params: LeakProbeParams;
 @group(0) @binding(8) var<storage, read_write> leaks: LeakCounts;
@@ -19,10 +20,10 @@ fn next() -> f32 {
 
 // A corner, a point of an edge or a point of a triangle's inside.
 fn target_point(kind: u32) -> vec3<f32> {
-    let triangle = min(u32(next() * f32(params.triangles)), params.triangles - 1u) * 3u;
-    let a = bvh_triangles[triangle].xyz;
-    let b = bvh_triangles[triangle + 1u].xyz;
-    let c = bvh_triangles[triangle + 2u].xyz;
+    let triangle = min(u32(next() * f32(params.triangles)), params.triangles - 1u);
+    let a = triangle_corner(triangle, 0u).xyz;
+    let b = triangle_corner(triangle, 1u).xyz;
+    let c = triangle_corner(triangle, 2u).xyz;
     if kind == 0u {
         return a;
     }

@@ -3,23 +3,22 @@
 // Many samples of the windows give what would arrive with nothing in the way; rays to some of them
 // give the share that does, bin by bin. What they found of all bins together is kept.
 
-import package::generated::{BinShare, PixelChances, Receiver, TileParams};
+import package::generated::{BinShare, PixelPoint, Receiver, TileParams};
 import package::shared::pixel::{pixel_cell};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::window::{windows, window_bin, sample_windows, direct_transmittance};
+import package::shared::window::{window_bin, sample_windows, direct_transmittance};
 import package::shared::material::{largest};
 import package::shared::counters::{count_finished};
+import package::shared::scene::{window_at};
 
 @group(0) @binding(6) var<uniform> params: TileParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
-// [batch][pixel]
-@group(0) @binding(8) var<storage, read> receiver_weights: array<vec4<f32>>;
 // [bin][batch][pixel], zero at the start.
 @group(0) @binding(9) var<storage, read_write> shares: array<BinShare>;
 // Radiance coefficients [bin][batch][pixel][rgb].
 @group(0) @binding(10) var<storage, read_write> sums: array<f32>;
-// [batch][pixel], zero at the start.
-@group(0) @binding(11) var<storage, read_write> chances: array<PixelChances>;
+// [batch][pixel], with weights alone at the start.
+@group(0) @binding(11) var<storage, read_write> points: array<PixelPoint>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -28,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if pixel >= params.pixels || batch >= params.batches {
         return;
     }
-    let weight = receiver_weights[batch * params.pixels + pixel].xyz;
+    let weight = points[batch * params.pixels + pixel].weight;
     if weight.x + weight.y + weight.z <= 0.0 {
         count_finished(true);
         return;
@@ -37,7 +36,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let receiver = receivers[batch * params.pixels + pixel];
     let seed = hash_combine(hash_combine(params.seed, batch + 0x100u), receiver.number);
     var traced = 0.0;
-    var chance = PixelChances();
+    var chance = PixelPoint();
+    chance.weight = weight;
     var arrived = vec3<f32>(0.0);
     var sample = 0u;
     for (; sample < params.window_samples; sample++) {
@@ -45,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let cosine = dot(to_window.direction, receiver.normal);
         if to_window.weight > 0.0 && cosine > 0.0 {
             let value = cosine * to_window.weight;
-            let bin = window_bin(windows[to_window.window], -to_window.direction);
+            let bin = window_bin(window_at(to_window.window), -to_window.direction);
             let cell = pixel_cell(shape, bin, batch, pixel);
             shares[cell].unobstructed.x += value;
             chance.direct += value;
@@ -88,6 +88,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     chance.direct /= f32(params.window_samples);
-    chances[batch * params.pixels + pixel] = chance;
+    points[batch * params.pixels + pixel] = chance;
     count_finished(sample == params.window_samples);
 }

@@ -6,7 +6,7 @@
 // arrive is its own where it has rays, and that of the whole pixel where it has none; what the rays
 // found of all bins together is kept.
 
-import package::generated::{BinShare, FRAC_1_PI, MOST_VISIBILITY_RAYS, PixelChances, Receiver, TileParams, VirtualLight};
+import package::generated::{BinShare, FRAC_1_PI, MOST_VISIBILITY_RAYS, PixelPoint, Receiver, TileParams, VirtualLight};
 import package::shared::pixel::{pixel_cell};
 import package::shared::connection::{connection};
 import package::shared::random::{hash_combine, unit_f32};
@@ -19,8 +19,6 @@ override RAYS: u32 = 16u;
 
 @group(0) @binding(6) var<uniform> params: TileParams;
 @group(0) @binding(7) var<storage, read> receivers: array<Receiver>;
-// [batch][pixel]
-@group(0) @binding(8) var<storage, read> receiver_weights: array<vec4<f32>>;
 // [bin][batch][pixel]
 @group(0) @binding(9) var<storage, read_write> shares: array<BinShare>;
 // Radiance coefficients [bin][batch][pixel][rgb].
@@ -30,7 +28,7 @@ override RAYS: u32 = 16u;
 // [batch][bin]
 @group(0) @binding(12) var<storage, read> light_counts: array<u32>;
 // [batch][pixel]
-@group(0) @binding(13) var<storage, read_write> chances: array<PixelChances>;
+@group(0) @binding(13) var<storage, read_write> points: array<PixelPoint>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
@@ -39,7 +37,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     if pixel >= params.pixels || batch >= params.batches {
         return;
     }
-    let weight = receiver_weights[batch * params.pixels + pixel].xyz;
+    let weight = points[batch * params.pixels + pixel].weight;
     if weight.x + weight.y + weight.z <= 0.0 {
         count_finished(true);
         return;
@@ -110,9 +108,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     // A channel's share of what one ray stands for.
     let each = step * (FRAC_1_PI / 3.0 / f32(params.paths));
     let place = batch * params.pixels + pixel;
-    chances[place].gathered += each * traced;
-    chances[place].gathered_squares += each * each * traced;
-    chances[place].gathered_hits += each * hits;
+    points[place].gathered += each * traced;
+    points[place].gathered_squares += each * each * traced;
+    points[place].gathered_hits += each * hits;
     let mean_share = select(vec3<f32>(1.0), arrived / max(traced, 1.0), traced > 0.0);
     var scale = weight * (FRAC_1_PI / f32(params.paths));
     if hits > 0.0 && hits < traced {

@@ -5,12 +5,13 @@
 // Through panes and by one reflection in a smooth surface windows are followed in full; what else is
 // specular is left to chance, as the receivers are.
 
-import package::generated::{FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_ABSORBER, MATERIAL_SURFACE, Material, PixelRay, Receiver, TileParams};
+import package::generated::{FAR_AWAY, FRAC_1_PI, LOOK_UNITS, MATERIAL_ABSORBER, MATERIAL_SURFACE, Material, PixelPoint, PixelRay, Receiver, TileParams};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, smooth_specular, is_smooth, largest, LOBE_NONE, LOBE_DIFFUSE};
-import package::shared::window::{windows, window_bin};
+import package::shared::material::{scatter, smooth_specular, is_smooth, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::window::{window_bin};
 import package::shared::counters::{count_finished};
+import package::shared::scene::{material_at, window_at};
 
 // Whether anything reflects, or transmits, other than diffusely.
 override HAS_SPECULAR: bool = true;
@@ -21,8 +22,8 @@ const MOST_SPECULAR: u32 = 32u;
 @group(0) @binding(7) var<storage, read> rays: array<PixelRay>;
 // [batch][pixel]
 @group(0) @binding(8) var<storage, read_write> receivers: array<Receiver>;
-// Radiance of a receiver per irradiance, rgb: [batch][pixel].
-@group(0) @binding(9) var<storage, read_write> receiver_weights: array<vec4<f32>>;
+// [batch][pixel], zero at the start.
+@group(0) @binding(9) var<storage, read_write> points: array<PixelPoint>;
 // [pixel][group of subpixels][bin][rgb], fixed point; as many groups as batches.
 @group(0) @binding(10) var<storage, read_write> seen: array<atomic<u32>>;
 // [pixel]: rays left to chance that left a reflection, how many saw a window, the sum of their weights in
@@ -32,7 +33,7 @@ const MOST_SPECULAR: u32 = 32u;
 // Adds the light of a window to its bin in a row of `seen`.
 fn show(row: u32, window: u32, direction: vec3<f32>, weight: vec3<f32>) {
     let value = weight * params.unit + 0.5;
-    let cell = (row * params.bins + window_bin(windows[window], -direction)) * 3u;
+    let cell = (row * params.bins + window_bin(window_at(window), -direction)) * 3u;
     atomicAdd(&seen[cell], u32(value.x));
     atomicAdd(&seen[cell + 1u], u32(value.y));
     atomicAdd(&seen[cell + 2u], u32(value.z));
@@ -60,7 +61,7 @@ fn show_windows(row: u32, origin: vec3<f32>, ahead: vec3<f32>, farthest: f32) {
             reach = FAR_AWAY;
             ended = hit.triangle == NO_TRIANGLE;
             if !ended {
-                let material = materials[triangle_material(hit.triangle)];
+                let material = material_at(triangle_material(hit.triangle));
                 let normal = triangle_normal(hit.triangle);
                 let cosine = dot(normal, direction);
                 if material.kind == MATERIAL_ABSORBER && material.window > 0u && cosine < 0.0 {
@@ -129,7 +130,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let normal = triangle_normal(hit.triangle);
         let front = dot(normal, direction) < 0.0;
         let facing = select(-normal, normal, front);
-        let material = materials[triangle_material(hit.triangle)];
+        let material = material_at(triangle_material(hit.triangle));
         if material.kind == MATERIAL_ABSORBER {
             if material.window > 0u && front && (!HAS_SPECULAR || reflections > 1u) {
                 show(row, material.window - 1u, direction, weight);
@@ -168,7 +169,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     if subpixel < params.batches {
         receivers[subpixel * params.pixels + pixel] = receiver;
-        receiver_weights[subpixel * params.pixels + pixel] = vec4<f32>(receiver_weight, 0.0);
+        points[subpixel * params.pixels + pixel].weight = receiver_weight;
     }
     count_finished(true);
 }

@@ -7,9 +7,10 @@
 import package::generated::{FAR_AWAY, ImageLight, ImageParams, ImageView, MATERIAL_GLASS, MISSED, WORKGROUPS_PER_ROW};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
-import package::shared::material::{materials, smooth_specular, largest};
-import package::shared::window::{windows, window_triangles, window_bin, sample_windows, direct_transmittance};
+import package::shared::material::{smooth_specular, largest};
+import package::shared::window::{window_bin, sample_windows, direct_transmittance};
 import package::shared::counters::{counters, count_finished};
+import package::shared::scene::{material_at, window_at, window_corner};
 
 // Panes on the way to a mirror, at most.
 const MOST_MET: u32 = 32u;
@@ -30,7 +31,7 @@ fn arriving(view: ImageView, towards: vec3<f32>, window: u32) -> vec3<f32> {
         if hit.triangle == NO_TRIANGLE {
             break;
         }
-        let material = materials[triangle_material(hit.triangle)];
+        let material = material_at(triangle_material(hit.triangle));
         let normal = triangle_normal(hit.triangle);
         let cosine = dot(normal, along);
         let facing = select(normal, -normal, cosine > 0.0);
@@ -38,8 +39,8 @@ fn arriving(view: ImageView, towards: vec3<f32>, window: u32) -> vec3<f32> {
         if triangle_plane(hit.triangle) == view.plane {
             start = leave_surface(hit, facing);
             // Up to the window, from where the ray really starts.
-            let to_window = window_triangles[windows[window].first_triangle * 3u].xyz - start;
-            let rest = dot(to_window, windows[window].z) / dot(towards, windows[window].z);
+            let to_window = window_corner(window_at(window).first_triangle, 0u).xyz - start;
+            let rest = dot(to_window, window_at(window).z) / dot(towards, window_at(window).z);
             return passed * parts[1] * direct_transmittance(start, towards, rest * 0.99999);
         }
         if material.kind != MATERIAL_GLASS {
@@ -70,10 +71,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let weight = cosine * to_window.weight / f32(params.samples);
         let passed = arriving(view, to_window.direction, to_window.window);
         if largest(passed) > 0.0 {
-            let bin = window_bin(windows[to_window.window], -to_window.direction);
+            let bin = window_bin(window_at(to_window.window), -to_window.direction);
             result = ImageLight(passed * weight, bin);
         } else {
-            let reflected = smooth_specular(materials[view.material], max(rise, 1e-6), true)[1];
+            let reflected = smooth_specular(material_at(view.material), max(rise, 1e-6), true)[1];
             result = ImageLight(reflected * weight, MISSED);
         }
         atomicAdd(&counters.segments, 2u);

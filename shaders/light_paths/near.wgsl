@@ -9,9 +9,10 @@ import package::generated::{
 };
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, triangle_plane, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
-import package::shared::window::{windows, window_bin, sample_windows, direct_transmittance};
+import package::shared::material::{scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::window::{window_bin, sample_windows, direct_transmittance};
 import package::shared::counters::{counters, count_finished};
+import package::shared::scene::{material_at, window_at};
 
 @group(0) @binding(6) var<uniform> params: NearParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
@@ -73,10 +74,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let normal = triangle_normal(hit.triangle);
         let front = dot(normal, direction) < 0.0;
         let facing = select(-normal, normal, front);
-        let material = materials[triangle_material(hit.triangle)];
+        let material = material_at(triangle_material(hit.triangle));
         if material.kind == MATERIAL_ABSORBER {
             if material.window > 0u && specular_before && !imaged && front {
-                deposit(row, window_bin(windows[material.window - 1u], -direction), weight, dither);
+                deposit(row, window_bin(window_at(material.window - 1u), -direction), weight, dither);
                 atomicAdd(&looks[row * 3u + 1u], 1u);
             }
             ended = true;
@@ -113,7 +114,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             if to_window.weight > 0.0 && cosine > 0.0 {
                 let passed = direct_transmittance(position, to_window.direction, to_window.distance * 0.99999);
                 let share = passed * weight * (cosine * to_window.weight * FRAC_1_PI);
-                deposit(row, window_bin(windows[to_window.window], -to_window.direction), share, dither);
+                deposit(row, window_bin(window_at(to_window.window), -to_window.direction), share, dither);
             }
             direction = cosine_direction(side, slope);
             specular_before = false;

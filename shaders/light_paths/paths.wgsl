@@ -8,9 +8,10 @@
 import package::generated::{LightPath, LightPathParams, VirtualLight, FAR_AWAY};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, offset_from_surface, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
-import package::shared::window::{windows, window_point, window_bin_direction, projected_solid_angle};
+import package::shared::material::{scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::window::{window_point, window_bin_direction, projected_solid_angle};
 import package::shared::counters::{counters, count_finished};
+import package::shared::scene::{material_at, window_at};
 
 const MOST_SPECULAR: u32 = 64u;
 
@@ -48,10 +49,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var path: LightPath;
     if params.vertex == 0u && params.started == 0u {
         var w = 0u;
-        while w + 1u < params.window_count && bin >= windows[w + 1u].first_bin {
+        while w + 1u < params.window_count && bin >= window_at(w + 1u).first_bin {
             w += 1u;
         }
-        let window = windows[w];
+        let window = window_at(w);
         let local_bin = bin - window.first_bin;
         let point = window_point(window, sample_pair(index, 0u, seed));
         let flux = window.area * projected_solid_angle(window.first_ring, window.rings, local_bin);
@@ -76,7 +77,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let choices = sample_pair(index, path.pairs, seed);
         let slope = sample_pair(index, path.pairs + 1u, seed);
         path.pairs += 2u;
-        let event = scatter(materials[triangle_material(hit.triangle)], path.direction, facing, front, choices.x, slope);
+        let event = scatter(material_at(triangle_material(hit.triangle)), path.direction, facing, front, choices.x, slope);
         if event.lobe == LOBE_NONE || largest(event.weight) <= 0.0 {
             path.alive = 0u;
             ended = true;

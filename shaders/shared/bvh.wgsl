@@ -1,16 +1,17 @@
 // Rays against triangles: eight-wide compressed bounding volume hierarchy (Ylitie, Karras, Laine,
 // HPG 2017) as built by the obvhs crate, and a triangle test without gaps along shared edges.
 //
-// A node is five vec4<u32>: (origin xyz, exponents and inner mask), (first child, first triangle,
+// A node is five quads of words: (origin xyz, exponents and inner mask), (first child, first triangle,
 // child meta 0-3, 4-7), then per axis the quantised child limits (min 0-3, min 4-7, max 0-3, max 4-7).
-// A triangle is three vec4<f32>: corners, the first with the material index in w, the second with what
+// A triangle is three quads: corners, the first with the material index in w, the second with what
 // lets light through directly: 1 for glass, 2 for smooth translucent surfaces, 0 for all others; the
 // third with the number of its plane if it is a smooth surface, else 0.
 
 import package::generated::{FAR_AWAY, MATERIAL_GLASS};
 import package::shared::counters::{traversal_failed};
 import package::shared::frame::{tangent_frame};
-import package::shared::material::{materials, glass_pane, smooth_fresnel};
+import package::shared::material::{glass_pane, smooth_fresnel};
+import package::shared::scene::{material_at, node_quad, triangle_corner, triangle_quad};
 
 const NO_TRIANGLE: u32 = 0xffffffffu;
 const STACK_SIZE: u32 = 24u;
@@ -21,9 +22,6 @@ const NEAREST: u32 = 0u;
 const ANY: u32 = 1u;
 const ANY_BUT_GLASS: u32 = 2u;
 const ANY_BUT_CLEAR: u32 = 3u;
-
-@group(0) @binding(0) var<storage, read> bvh_nodes: array<vec4<u32>>;
-@group(0) @binding(1) var<storage, read> bvh_triangles: array<vec4<f32>>;
 
 struct Hit {
     distance: f32,
@@ -49,9 +47,9 @@ fn edge_area(to: vec3<f32>, start: vec3<f32>) -> f32 {
 // it; on which side of an edge the ray passes is then the same for both triangles at this edge, and
 // no ray slips between them, nor past a corner (Woop, Benthin, Wald, JCGT 2013).
 fn intersect_triangle(triangle: u32, origin: vec3<f32>, frame: mat3x3<f32>, nearest: f32) -> TriangleHit {
-    let a = (bvh_triangles[triangle * 3u].xyz - origin) * frame;
-    let b = (bvh_triangles[triangle * 3u + 1u].xyz - origin) * frame;
-    let c = (bvh_triangles[triangle * 3u + 2u].xyz - origin) * frame;
+    let a = (triangle_corner(triangle, 0u).xyz - origin) * frame;
+    let b = (triangle_corner(triangle, 1u).xyz - origin) * frame;
+    let c = (triangle_corner(triangle, 2u).xyz - origin) * frame;
     let u = edge_area(c, b);
     let v = edge_area(a, c);
     let w = edge_area(b, a);
@@ -95,9 +93,9 @@ fn hit_four(
 }
 
 fn intersect_node(node: u32, origin: vec3<f32>, inverse: vec3<f32>, octant: u32, nearest: f32, n0: vec4<u32>, n1: vec4<u32>) -> u32 {
-    let n2 = bvh_nodes[node * 5u + 2u];
-    let n3 = bvh_nodes[node * 5u + 3u];
-    let n4 = bvh_nodes[node * 5u + 4u];
+    let n2 = node_quad(node, 2u);
+    let n3 = node_quad(node, 3u);
+    let n4 = node_quad(node, 4u);
     let exponents = n0.w;
     let cell = vec3<f32>(
         bitcast<f32>((exponents & 0xffu) << 23u),
@@ -165,8 +163,8 @@ fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, sought: u32)
             }
             let slot = (child_bit - 24u) ^ (octant & 0xffu);
             let node = nodes.x + countOneBits(hits & ~(0xffffffffu << slot));
-            let n0 = bvh_nodes[node * 5u];
-            let n1 = bvh_nodes[node * 5u + 1u];
+            let n0 = node_quad(node, 0u);
+            let n1 = node_quad(node, 1u);
             let mask = intersect_node(node, origin, inverse, octant, hit.distance, n0, n1);
             nodes = vec2<u32>(n1.x, (mask & 0xff000000u) | (n0.w >> 24u));
             triangles = vec2<u32>(n1.y, mask & 0x00ffffffu);
@@ -178,7 +176,7 @@ fn traverse(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, sought: u32)
             let found = intersect_triangle(index, origin, frame, hit.distance);
             if found.distance < hit.distance {
                 if sought >= ANY_BUT_GLASS {
-                    let pane = bvh_triangles[index * 3u + 1u].w;
+                    let pane = triangle_corner(index, 1u).w;
                     if pane > 0.0 && pane <= clearest && panes_count < MOST_PASSED {
                         panes_passed[panes_count] = index;
                         panes_count += 1u;
@@ -217,7 +215,7 @@ fn closest_hit(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> Hit {
 
 // What a pane lets through directly.
 fn pane_transmittance(triangle: u32, slope: f32) -> vec3<f32> {
-    let material = materials[triangle_material(triangle)];
+    let material = material_at(triangle_material(triangle));
     if material.kind == MATERIAL_GLASS {
         return glass_pane(material.specular, material.roughness, slope)[0];
     }
@@ -241,7 +239,7 @@ fn light_passing(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, sought:
         let normal = triangle_normal(triangle);
         let cosine = dot(normal, direction);
         let slope = max(abs(cosine), 1e-6);
-        let distance = dot(normal, bvh_triangles[triangle * 3u].xyz - origin) / select(slope, -slope, cosine < 0.0);
+        let distance = dot(normal, triangle_corner(triangle, 0u).xyz - origin) / select(slope, -slope, cosine < 0.0);
         let margin = margin_at(origin + direction * distance) / slope;
         if !any(abs(met - distance) < vec4<f32>(margin)) {
             result *= pane_transmittance(triangle, slope);
@@ -253,18 +251,18 @@ fn light_passing(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, sought:
 
 // Unit normal of a triangle's front side.
 fn triangle_normal(triangle: u32) -> vec3<f32> {
-    let a = bvh_triangles[triangle * 3u].xyz;
-    let b = bvh_triangles[triangle * 3u + 1u].xyz;
-    let c = bvh_triangles[triangle * 3u + 2u].xyz;
+    let a = triangle_corner(triangle, 0u).xyz;
+    let b = triangle_corner(triangle, 1u).xyz;
+    let c = triangle_corner(triangle, 2u).xyz;
     return normalize(cross(b - a, c - a));
 }
 
 fn triangle_material(triangle: u32) -> u32 {
-    return bitcast<u32>(bvh_triangles[triangle * 3u].w);
+    return triangle_quad(triangle, 0u).w;
 }
 
 fn triangle_plane(triangle: u32) -> u32 {
-    return bitcast<u32>(bvh_triangles[triangle * 3u + 2u].w);
+    return triangle_quad(triangle, 2u).w;
 }
 
 // Largest coordinate, without its sign.
@@ -286,9 +284,9 @@ fn offset_from_surface(point: vec3<f32>, side: vec3<f32>) -> vec3<f32> {
 // The point of a hit, found from the corners: more exact than origin + distance · direction, but no
 // more exact than these.
 fn hit_point(hit: Hit) -> vec3<f32> {
-    let a = bvh_triangles[hit.triangle * 3u].xyz;
-    let b = bvh_triangles[hit.triangle * 3u + 1u].xyz;
-    let c = bvh_triangles[hit.triangle * 3u + 2u].xyz;
+    let a = triangle_corner(hit.triangle, 0u).xyz;
+    let b = triangle_corner(hit.triangle, 1u).xyz;
+    let c = triangle_corner(hit.triangle, 2u).xyz;
     return a + (b - a) * hit.barycentric.x + (c - a) * hit.barycentric.y;
 }
 
@@ -297,9 +295,9 @@ fn hit_point(hit: Hit) -> vec3<f32> {
 // these; it is moved off the surface, and off the triangle's edges so that at a corner of the room
 // it is not beyond the neighbour.
 fn leave_surface(hit: Hit, side: vec3<f32>) -> vec3<f32> {
-    let a = bvh_triangles[hit.triangle * 3u].xyz;
-    let b = bvh_triangles[hit.triangle * 3u + 1u].xyz;
-    let c = bvh_triangles[hit.triangle * 3u + 2u].xyz;
+    let a = triangle_corner(hit.triangle, 0u).xyz;
+    let b = triangle_corner(hit.triangle, 1u).xyz;
+    let c = triangle_corner(hit.triangle, 2u).xyz;
     let margin = max(margin_at(hit_point(hit)), max(max(extent(a), extent(b)), extent(c)) * 1e-6);
     // A barycentric coordinate is the distance from an edge in units of the height over it.
     let edges = vec3<f32>(length(c - b), length(c - a), length(b - a));

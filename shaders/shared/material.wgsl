@@ -8,8 +8,6 @@ import package::generated::{
 };
 import package::shared::frame::{tangent_frame};
 
-@group(0) @binding(2) var<storage, read> materials: array<Material>;
-
 const LOBE_NONE: u32 = 0u;
 const LOBE_DIFFUSE: u32 = 1u;
 const LOBE_SPECULAR: u32 = 2u;

@@ -3,8 +3,9 @@
 import package::generated::{FAR_AWAY, MATERIAL_GLASS, MOST_PATH_SEGMENTS};
 import package::shared::random::{sample_pair};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::material::{scatter, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::sky::{sky_bin};
+import package::shared::scene::{material_at};
 
 const NO_PATCH: u32 = 0xffffffffu;
 
@@ -77,7 +78,7 @@ fn step_outside(walk: ptr<function, Walk>, index: u32, first_pair: u32, seed: u3
     let segment = (*walk).segment;
     let choices = sample_pair(index, first_pair + segment * 3u, seed);
     let slope = sample_pair(index, first_pair + 1u + segment * 3u, seed);
-    let material = materials[triangle_material(hit.triangle)];
+    let material = material_at(triangle_material(hit.triangle));
     let event = scatter(material, direction, facing, front, choices.x, slope);
     let passed_pane = material.kind == MATERIAL_GLASS && event.transmitted;
     (*walk).direct = (*walk).direct && passed_pane;

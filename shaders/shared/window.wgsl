@@ -1,27 +1,22 @@
 // Windows: their directional bins, points on them, and rays towards them.
 
-import package::generated::{Ring, Window, FAR_AWAY, PI, TAU};
+import package::generated::{Window, FAR_AWAY, PI, TAU};
 import package::shared::bins::{azimuth_bin};
 import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
+import package::shared::scene::{ring_at, scene_parts, window_at, window_corner};
 
 // Whether the scene has panes of glass, which let direct connections through.
 override HAS_GLASS: bool = true;
-
-@group(0) @binding(3) var<storage, read> windows: array<Window>;
-@group(0) @binding(4) var<storage, read> rings: array<Ring>;
-// Three corners each; the first corner's w is the upper limit of the triangle's share of its
-// window's area, the second's w its area.
-@group(0) @binding(5) var<storage, read> window_triangles: array<vec4<f32>>;
 
 // Bin (among all windows' bins) of light travelling along `direction`.
 fn window_bin(window: Window, direction: vec3<f32>) -> u32 {
     let local_z = dot(direction, window.z);
     let cos2 = min(local_z * local_z, 1.0);
     var ring = window.first_ring + window.rings - 1u;
-    while ring > window.first_ring && cos2 > rings[ring].cos2_low {
+    while ring > window.first_ring && cos2 > ring_at(ring).cos2_low {
         ring -= 1u;
     }
-    let found = rings[ring];
+    let found = ring_at(ring);
     var position = 0u;
     if found.bins > 1u {
         position = azimuth_bin(atan2(dot(direction, window.y), dot(direction, window.x)), found.bins);
@@ -33,10 +28,10 @@ fn window_bin(window: Window, direction: vec3<f32>) -> u32 {
 // angle.
 fn window_bin_direction(window: Window, bin: u32, random: vec2<f32>) -> vec3<f32> {
     var ring = window.first_ring + window.rings - 1u;
-    while rings[ring].first > bin {
+    while ring_at(ring).first > bin {
         ring -= 1u;
     }
-    let r = rings[ring];
+    let r = ring_at(ring);
     let cos2 = mix(r.cos2_low, r.cos2_high, random.x);
     let sine = sqrt(max(1.0 - cos2, 0.0));
     let azimuth = TAU * (f32(bin - r.first) + random.y - 0.5) / f32(r.bins);
@@ -46,10 +41,10 @@ fn window_bin_direction(window: Window, bin: u32, random: vec2<f32>) -> vec3<f32
 // Projected solid angle of a bin, sr.
 fn projected_solid_angle(first_ring: u32, ring_count: u32, bin: u32) -> f32 {
     var ring = first_ring + ring_count - 1u;
-    while rings[ring].first > bin {
+    while ring_at(ring).first > bin {
         ring -= 1u;
     }
-    return PI * (rings[ring].cos2_low - rings[ring].cos2_high) / f32(rings[ring].bins);
+    return PI * (ring_at(ring).cos2_low - ring_at(ring).cos2_high) / f32(ring_at(ring).bins);
 }
 
 // Point on a window, uniform in area.
@@ -57,16 +52,16 @@ fn window_point(window: Window, random: vec2<f32>) -> vec3<f32> {
     var triangle = window.first_triangle;
     let last = window.first_triangle + window.triangles - 1u;
     var low = 0.0;
-    while triangle < last && random.x >= window_triangles[triangle * 3u].w {
-        low = window_triangles[triangle * 3u].w;
+    while triangle < last && random.x >= window_corner(triangle, 0u).w {
+        low = window_corner(triangle, 0u).w;
         triangle += 1u;
     }
-    let high = window_triangles[triangle * 3u].w;
+    let high = window_corner(triangle, 0u).w;
     let u = clamp((random.x - low) / max(high - low, 1e-20), 0.0, 1.0);
     let root = sqrt(u);
-    let a = window_triangles[triangle * 3u].xyz;
-    let b = window_triangles[triangle * 3u + 1u].xyz;
-    let c = window_triangles[triangle * 3u + 2u].xyz;
+    let a = window_corner(triangle, 0u).xyz;
+    let b = window_corner(triangle, 1u).xyz;
+    let c = window_corner(triangle, 2u).xyz;
     return a * (1.0 - root) + b * (root * (1.0 - random.y)) + c * (root * random.y);
 }
 
@@ -100,12 +95,12 @@ fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> Windo
     var result = WindowSample(vec3<f32>(0.0), 0.0, 0.0, 0.0, 0u);
     var total = 0.0;
     for (var w = 0u; w < window_count; w++) {
-        let window = windows[w];
+        let window = window_at(w);
         // Only the side that gives light to the room counts.
         for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
-            let a = window_triangles[t * 3u].xyz - eye;
+            let a = window_corner(t, 0u).xyz - eye;
             if dot(a, window.z) < 0.0 {
-                total += triangle_solid_angle(a, window_triangles[t * 3u + 1u].xyz - eye, window_triangles[t * 3u + 2u].xyz - eye);
+                total += triangle_solid_angle(a, window_corner(t, 1u).xyz - eye, window_corner(t, 2u).xyz - eye);
             }
         }
     }
@@ -119,11 +114,11 @@ fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> Windo
     var share = 0.0;
     var omega = 0.0;
     for (var w = 0u; w < window_count; w++) {
-        let window = windows[w];
+        let window = window_at(w);
         for (var t = window.first_triangle; t < window.first_triangle + window.triangles; t++) {
-            let a = window_triangles[t * 3u].xyz - eye;
+            let a = window_corner(t, 0u).xyz - eye;
             if dot(a, window.z) < 0.0 && (chosen == NO_TRIANGLE || sum <= target_sum) {
-                let angle = triangle_solid_angle(a, window_triangles[t * 3u + 1u].xyz - eye, window_triangles[t * 3u + 2u].xyz - eye);
+                let angle = triangle_solid_angle(a, window_corner(t, 1u).xyz - eye, window_corner(t, 2u).xyz - eye);
                 if angle > 0.0 {
                     chosen = t;
                     result.window = w;
@@ -134,16 +129,16 @@ fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> Windo
             }
         }
     }
-    let a = window_triangles[chosen * 3u].xyz - eye;
-    let b = window_triangles[chosen * 3u + 1u].xyz - eye;
-    let c = window_triangles[chosen * 3u + 2u].xyz - eye;
-    let normal = windows[result.window].z;
+    let a = window_corner(chosen, 0u).xyz - eye;
+    let b = window_corner(chosen, 1u).xyz - eye;
+    let c = window_corner(chosen, 2u).xyz - eye;
+    let normal = window_at(result.window).z;
     if omega < SMALL_SOLID_ANGLE {
         let root = sqrt(share);
         let to = a * (1.0 - root) + b * (root * (1.0 - random.y)) + c * (root * random.y);
         result.distance = length(to);
         result.direction = to / result.distance;
-        let area = window_triangles[chosen * 3u + 1u].w;
+        let area = window_corner(chosen, 1u).w;
         // `omega / total` was the probability of this triangle.
         result.weight = area * abs(dot(result.direction, normal)) / (result.distance * result.distance) * (total / omega);
         return result;
@@ -179,9 +174,9 @@ fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> Windo
 
 // Distance at which a ray passes triangle `t` of a window whose normal is `z`; not above 0 if it does not.
 fn distance_through(t: u32, z: vec3<f32>, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let a = window_triangles[t * 3u].xyz - origin;
-    let b = window_triangles[t * 3u + 1u].xyz - origin;
-    let c = window_triangles[t * 3u + 2u].xyz - origin;
+    let a = window_corner(t, 0u).xyz - origin;
+    let b = window_corner(t, 1u).xyz - origin;
+    let c = window_corner(t, 2u).xyz - origin;
     // Volumes on the three sides of the ray (Plücker); all of one sign inside.
     let u = dot(direction, cross(b, c));
     let v = dot(direction, cross(c, a));
@@ -202,7 +197,7 @@ struct Crossing {
 fn crossed_window(origin: vec3<f32>, direction: vec3<f32>, most: f32, count: u32) -> Crossing {
     var found = Crossing(NO_WINDOW, most);
     for (var w = 0u; w < count; w++) {
-        let window = windows[w];
+        let window = window_at(w);
         if dot(direction, window.z) >= 0.0 {
             continue;
         }
@@ -229,8 +224,8 @@ fn enters_window(origin: vec3<f32>, direction: vec3<f32>) -> bool {
     if !MAY_ENTER {
         return false;
     }
-    for (var w = 0u; w < arrayLength(&windows); w++) {
-        let window = windows[w];
+    for (var w = 0u; w < scene_parts.window_count; w++) {
+        let window = window_at(w);
         if dot(direction, window.z) <= 0.0 {
             continue;
         }

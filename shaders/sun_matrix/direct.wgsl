@@ -6,7 +6,7 @@ import package::sun_matrix::pairs::{params, receivers, suns, receiver_of, image,
 import package::shared::material::{largest};
 import package::sun_matrix::mirrored::{MIRRORED, image_of, arriving};
 import package::sun_matrix::sun::{hidden_by_one};
-import package::shared::window::{windows, rings, crossed_window, NO_WINDOW};
+import package::shared::window::{crossed_window, NO_WINDOW};
 import package::shared::counters::{counters, count_finished};
 
 // Whether the openings are panes of scattering data, of which the through-peak lets the disc be seen.

@@ -3,7 +3,8 @@
 import package::generated::{Material, SunVertex, FAR_AWAY, MATERIAL_GLASS, MATERIAL_SURFACE};
 import package::shared::random::{sample_pair};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, Scatter, scatter, smooth_specular, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};
+import package::shared::material::{Scatter, scatter, smooth_specular, cosine_direction, largest, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};
+import package::shared::scene::{material_at};
 
 // Whether only those vertices are wanted that a path meets by way of a reflection in a pane: points
 // of the surfaces stand for the others.
@@ -60,7 +61,7 @@ fn follow_sun_path(path: SunPath) -> SunPathEnd {
         let front = dot(normal, direction) < 0.0;
         let facing = select(-normal, normal, front);
         let material_index = triangle_material(hit.triangle);
-        let material = materials[material_index];
+        let material = material_at(material_index);
         if wanted && scatters(material) {
             let beside = leave_surface(hit, facing);
             let behind = leave_surface(hit, -facing);

@@ -5,7 +5,7 @@
 import package::generated::{LinkParams, Receiver, SunVertex};
 import package::shared::bvh::{light_passing, ANY, ANY_BUT_CLEAR};
 import package::sun_matrix::sun::{HAS_PANES};
-import package::shared::window::{windows, rings, window_triangles, leaves_through_window};
+import package::shared::window::{leaves_through_window};
 import package::shared::counters::{counters, count_finished};
 
 @group(0) @binding(6) var<uniform> params: LinkParams;

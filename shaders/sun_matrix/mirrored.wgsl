@@ -3,10 +3,11 @@
 
 import package::generated::{FAR_AWAY};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_material, triangle_normal, NO_TRIANGLE};
-import package::shared::material::{materials, largest, smooth_specular};
+import package::shared::material::{largest, smooth_specular};
 import package::sun_matrix::gates::{may_come_in};
 import package::sun_matrix::sun::{is_clear, is_mirror, sun_transmittance};
 import package::shared::window::{enters_window};
+import package::shared::scene::{material_at};
 
 // Whether the suns' images are looked for, not the suns themselves.
 override MIRRORED: bool = false;
@@ -51,7 +52,7 @@ fn mirrored_transmittance(origin: vec3<f32>, direction: vec3<f32>, image: mat3x3
             let rest = abs(x - vec3<f32>(1.0, 0.0, 0.0)) + abs(y - vec3<f32>(0.0, 1.0, 0.0)) + abs(z - vec3<f32>(0.0, 0.0, 1.0));
             return select(vec3<f32>(0.0), result, entered && reflected && largest(rest) < SAME_IMAGE && !enters_window(start, along));
         }
-        let material = materials[triangle_material(hit.triangle)];
+        let material = material_at(triangle_material(hit.triangle));
         let normal = triangle_normal(hit.triangle);
         let cosine = dot(normal, along);
         let parts = smooth_specular(material, max(abs(cosine), 1e-6), cosine < 0.0);

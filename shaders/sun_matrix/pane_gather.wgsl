@@ -9,18 +9,15 @@
 // batch: some drivers end loops early. Sums add up over dispatches.
 
 import package::generated::{
-    Pane, PaneCell, PaneEnd, PaneParams, PaneSun, Receiver, GATHERED_SUNS, TRANSMISSION_FRONT,
+    Pane, PaneCell, PaneEnd, PaneParams, Receiver, GATHERED_SUNS, TRANSMISSION_FRONT,
 };
 import package::shared::counters::{count_finished};
 import package::shared::random::{hash_u32, hash_combine, unit_f32};
-import package::sun_matrix::pane::{pane_local};
+import package::sun_matrix::pane::{pane_at, pane_local, pane_sun_at};
 import package::bsdf_scattering::scattering::{bsdf_of_keys, bsdf_lobe, outgoing_key};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
-@group(0) @binding(7) var<storage, read> panes: array<Pane>;
 @group(0) @binding(8) var<storage, read> cells: array<PaneCell>;
-// [sun][pane]
-@group(0) @binding(9) var<storage, read> pane_suns: array<PaneSun>;
 // [batch][cell][receiver][component]
 @group(0) @binding(10) var<storage, read> links: array<f32>;
 // [sun][batch][cell]
@@ -87,7 +84,7 @@ fn light_at(sun: u32, batch: u32, cell: u32, pane: u32, receiver: u32) -> Light 
             }
         }
         let sun_end = sun_ends[sun * params.cells * params.batches + batch * params.cells + cell];
-        let record = pane_suns[sun * params.panes + pane];
+        let record = pane_sun_at(sun, pane, params.panes);
         let most = max(light.strength, light.elsewhere);
         light.lit = max(most.x, max(most.y, most.z)) > 0.0;
         light.key = sun_end.key;
@@ -163,7 +160,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         let light_c = light_at(sun + 2u, batch, i, cell.pane, receiver_index);
         let light_d = light_at(sun + 3u, batch, i, cell.pane, receiver_index);
         if light_a.lit || light_b.lit || light_c.lit || light_d.lit {
-            let pane = panes[cell.pane];
+            let pane = pane_at(cell.pane);
             let lobe = bsdf_lobe(pane.words, TRANSMISSION_FRONT);
             let away = length(cell.corner + (cell.edge1 + cell.edge2) / 3.0 - receiver.position);
             let side = u32(clamp(ceil(sqrt(2.0 * cell.area) / (params.part_angle * max(away, 1e-9))), 1.0, MOST_PARTS));

@@ -1,20 +1,16 @@
 // What every sun brings to points of the panes: to a point of each cell, or by way of a point towards an eye.
 
 import package::generated::{
-    Pane, PaneEnd, PaneParams, PanePoint, PaneSun, SunRecord, NO_SCATTERING, TRANSMISSION_FRONT,
+    PaneEnd, PaneParams, PanePoint, SunRecord, NO_SCATTERING, TRANSMISSION_FRONT,
 };
 import package::shared::random::{sample_pair, hash_combine};
 import package::sun_matrix::sun::{sun_direction, sun_transmittance};
-import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{count_finished};
-import package::sun_matrix::pane::{pane_local, off_pane};
+import package::sun_matrix::pane::{off_pane, pane_at, pane_local, pane_sun_at};
 import package::bsdf_scattering::scattering::{incident_key, outgoing_key, bsdf_of_keys, bsdf_lobe};
 
 @group(0) @binding(6) var<uniform> params: PaneParams;
-@group(0) @binding(7) var<storage, read> panes: array<Pane>;
 @group(0) @binding(8) var<storage, read> suns: array<SunRecord>;
-// [sun][pane]
-@group(0) @binding(9) var<storage, read> pane_suns: array<PaneSun>;
 // [batch][point]
 @group(0) @binding(10) var<storage, read> points: array<PanePoint>;
 // [sun][batch][point]
@@ -30,10 +26,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     let point = points[index % all];
     let sun_index = index / all;
     var end = PaneEnd(vec2<f32>(0.0), vec2<f32>(0.0), vec3<f32>(0.0), 0u);
-    if point.pane < params.panes && panes[point.pane].words != NO_SCATTERING {
-        let pane = panes[point.pane];
+    if point.pane < params.panes && pane_at(point.pane).words != NO_SCATTERING {
+        let pane = pane_at(point.pane);
         let sun = suns[sun_index];
-        let through = pane_suns[sun_index * params.panes + point.pane];
+        let through = pane_sun_at(sun_index, point.pane, params.panes);
         let lobe = bsdf_lobe(pane.words, TRANSMISSION_FRONT);
         let outgoing = pane_local(pane, point.outgoing);
         let to_eye = dot(outgoing, outgoing) > 0.0;

@@ -7,7 +7,7 @@
 import package::generated::{Receiver, SunPathParams, PI};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::material::{cosine_direction, largest};
-import package::shared::window::{windows, sample_windows};
+import package::shared::window::{sample_windows};
 import package::sun_matrix::follow_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
 import package::shared::counters::{counters, count_finished};
 

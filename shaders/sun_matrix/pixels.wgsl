@@ -7,9 +7,10 @@ import package::generated::{
 };
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{closest_hit, leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
-import package::shared::material::{materials, scatter, largest, LOBE_NONE, LOBE_DIFFUSE};
+import package::shared::material::{scatter, largest, LOBE_NONE, LOBE_DIFFUSE};
 import package::shared::window::{crossed_window, leaves_through_window, NO_WINDOW};
 import package::shared::counters::{count_finished};
+import package::shared::scene::{material_at};
 
 const MOST_SPECULAR: u32 = 32u;
 
@@ -64,7 +65,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let front = dot(normal, direction) < 0.0;
         let facing = select(-normal, normal, front);
         let material_index = triangle_material(hit.triangle);
-        let material = materials[material_index];
+        let material = material_at(material_index);
         let beside = leave_surface(hit, facing);
         // The window lies between where the ray began and where it ended.
         outside = outside || (leaves_through_window(origin, direction, params.window_count) && !leaves_through_window(beside, direction, params.window_count));

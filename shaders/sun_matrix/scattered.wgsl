@@ -3,10 +3,9 @@
 
 import package::generated::{ScatteredParams, SunRecord, SunVertex, VertexList};
 import package::shared::random::{sample_pair, hash_combine};
-import package::shared::material::{materials, largest};
+import package::shared::material::{largest};
 import package::sun_matrix::mirrored::{image_of, arriving};
 import package::sun_matrix::sun::{sun_direction, vertex_light};
-import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
 
 @group(0) @binding(6) var<uniform> params: ScatteredParams;

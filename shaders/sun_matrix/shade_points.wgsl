@@ -5,10 +5,10 @@
 import package::generated::{ShadeCell, ShadePointParams, SunVertex, PROBABILITY_STEPS};
 import package::shared::random::{sample_four, sample_pair, hash_combine};
 import package::shared::bvh::{margin_at, extent};
-import package::shared::material::{materials, cosine_direction, largest};
+import package::shared::material::{cosine_direction, largest};
 import package::sun_matrix::follow_path::{vertices, SunPath, SunPathEnd, follow_sun_path};
-import package::shared::window::{windows, rings, window_triangles};
 import package::shared::counters::{counters, count_finished};
+import package::shared::scene::{material_at};
 
 @group(0) @binding(6) var<uniform> params: ShadePointParams;
 @group(0) @binding(7) var<storage, read> cells: array<ShadeCell>;
@@ -55,7 +55,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         kept = 1u;
     }
     // Reflected from its front, or passed on from its back.
-    let material = materials[cell.material - 1u];
+    let material = material_at(cell.material - 1u);
     let reflected = largest(material.diffuse);
     let transmitted = largest(material.diffuse_transmitted);
     let total = (reflected + transmitted) / f32(params.paths);

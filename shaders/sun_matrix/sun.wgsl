@@ -5,9 +5,10 @@ import package::generated::{
     PI, SMOOTH_ROUGHNESS2,
 };
 import package::shared::disc::{disc_direction};
-import package::shared::bvh::{bvh_triangles, light_passing, traverse, triangle_material, NO_TRIANGLE, ANY, ANY_BUT_CLEAR};
+import package::shared::bvh::{light_passing, traverse, triangle_material, NO_TRIANGLE, ANY, ANY_BUT_CLEAR};
 import package::shared::window::{enters_window};
-import package::shared::material::{materials, diffuse_share, is_smooth, largest};
+import package::shared::material::{diffuse_share, is_smooth, largest};
+import package::shared::scene::{material_at, triangle_corner};
 
 // Whether anything in the scene lets light through directly.
 override HAS_PANES: bool = true;
@@ -43,13 +44,13 @@ fn hidden_by_one(origin: vec3<f32>, direction: vec3<f32>, chord: f32, mirrors_hi
     if hit.triangle == NO_TRIANGLE {
         return false;
     }
-    let material = materials[triangle_material(hit.triangle)];
+    let material = material_at(triangle_material(hit.triangle));
     if is_clear(material) || (is_mirror(material) && !mirrors_hide) {
         return false;
     }
-    let a = bvh_triangles[hit.triangle * 3u].xyz - origin;
-    let b = bvh_triangles[hit.triangle * 3u + 1u].xyz - origin;
-    let c = bvh_triangles[hit.triangle * 3u + 2u].xyz - origin;
+    let a = triangle_corner(hit.triangle, 0u).xyz - origin;
+    let b = triangle_corner(hit.triangle, 1u).xyz - origin;
+    let c = triangle_corner(hit.triangle, 2u).xyz - origin;
     // Sines of the angles to the planes through the edges; rounding has a share of its own.
     let sides = vec3<f32>(dot(direction, normalize(cross(b, c))), dot(direction, normalize(cross(c, a))), dot(direction, normalize(cross(a, b))));
     let least = vec3<f32>(chord * 1.01 + 1e-5);
@@ -92,7 +93,7 @@ struct VertexLight {
 }
 
 fn vertex_light(vertex: SunVertex, direction: vec3<f32>) -> VertexLight {
-    let response = surface_response(materials[vertex.material - 1u], vertex.incoming, vertex.facing, direction) * vertex.throughput;
+    let response = surface_response(material_at(vertex.material - 1u), vertex.incoming, vertex.facing, direction) * vertex.throughput;
     let side = dot(direction, vertex.facing) > 0.0;
     return VertexLight(response, select(vertex.position - vertex.facing * vertex.thickness, vertex.position, side));
 }

@@ -6,8 +6,9 @@
 
 import package::generated::{DirectParams, Receiver};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
-import package::shared::window::{windows, window_bin, sample_windows, direct_transmittance};
+import package::shared::window::{window_bin, sample_windows, direct_transmittance};
 import package::shared::counters::{count_finished};
+import package::shared::scene::{window_at};
 
 @group(0) @binding(6) var<uniform> params: DirectParams;
 @group(0) @binding(7) var<storage, read> sensors: array<Receiver>;
@@ -33,7 +34,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         // of a window are nearly equal, so that rounding to the nearest would favour one of them.
         let dither = unit_f32(hash_combine(seed + 1u, index));
         let value = passed * share + dither;
-        let bin = window_bin(windows[to_window.window], -to_window.direction);
+        let bin = window_bin(window_at(to_window.window), -to_window.direction);
         let cell = ((batch * params.sensors + sensor_index) * params.bins + bin) * 4u;
         atomicAdd(&sums[cell], u32(value.x));
         atomicAdd(&sums[cell + 1u], u32(value.y));

@@ -125,6 +125,20 @@ impl Device {
         Ok(buffer)
     }
 
+    /// A storage buffer holding several tables, one after the other; each a multiple of four bytes long.
+    ///
+    /// # Errors
+    /// Too large for the device, or out of memory.
+    pub(crate) fn upload_tables(&self, label: &str, tables: &[&[u8]]) -> Result<Buffer> {
+        let buffer = self.zeros::<u8>(label, tables.iter().map(|t| t.len()).sum())?;
+        let mut at = 0;
+        for table in tables {
+            self.write(&buffer.part::<u8>(at, table.len())?, table)?;
+            at += table.len();
+        }
+        Ok(buffer)
+    }
+
     /// A storage buffer of `len` elements, all bytes zero.
     ///
     /// # Errors

@@ -37,7 +37,7 @@ pub use memory::{Chunk, allow_memory, available};
 pub(crate) use memory::{DEFAULT_MEMORY, allowed};
 pub use shader::{Declared, Member, Number, Shader};
 #[doc(hidden)]
-pub use shader::{Layout, wgsl_constant, wgsl_struct};
+pub use shader::{Layout, wgsl_constant, wgsl_of_words, wgsl_struct};
 pub use sources::{SOURCES, source};
 
 /// Shaders of this module, for the test that links and validates every shader.

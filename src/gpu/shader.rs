@@ -152,6 +152,24 @@ pub fn wgsl_struct(name: &str, members: &[(&str, &str)], atomic: bool) -> String
     text + "}\n"
 }
 
+/// A function that makes a struct of its quads of words: `material_of(words0, words1, …)` for `Material`.
+#[doc(hidden)]
+pub fn wgsl_of_words(name: &str, members: &[(&str, usize)], size: usize) -> String {
+    let words: Vec<String> = (0..size / 16).map(|quad| format!("words{quad}: vec4<u32>")).collect();
+    let member = |&(wgsl, offset): &(&str, usize)| {
+        let first = offset % 16 / 4;
+        let components = match wgsl.as_bytes() {
+            [b'v', b'e', b'c', n, ..] => usize::from(n - b'0'),
+            _ => 1,
+        };
+        format!("bitcast<{wgsl}>(words{}.{})", offset / 16, &"xyzw"[first..first + components])
+    };
+    let members: Vec<String> = members.iter().map(member).collect();
+    let function: String =
+        name.char_indices().flat_map(|(i, c)| (i > 0 && c.is_uppercase()).then_some('_').into_iter().chain(c.to_lowercase())).collect();
+    format!("fn {function}_of({}) -> {name} {{\n    return {name}({});\n}}\n", words.join(", "), members.join(", "))
+}
+
 #[doc(hidden)]
 pub fn wgsl_constant<T: Number>(name: &str, value: T) -> String {
     format!("const {name}: {} = {};\n", T::WGSL, value.literal())
@@ -206,6 +224,17 @@ macro_rules! gpu_struct {
                     stringify!($name),
                     &[$((stringify!($field), <$type as $crate::gpu::Member>::WGSL)),*],
                     [$(stringify!($atomic)),*].contains(&"atomic"),
+                ),
+            };
+
+            /// For shaders that read it from a buffer of words: the function that makes it of its quads of them.
+            #[allow(dead_code, reason = "most structs have buffers of their own")]
+            $visibility const OF_WORDS: $crate::gpu::Declared = $crate::gpu::Declared {
+                name: stringify!($name),
+                wgsl: || $crate::gpu::wgsl_of_words(
+                    stringify!($name),
+                    &[$((<$type as $crate::gpu::Member>::WGSL, ::std::mem::offset_of!($name, $field))),*],
+                    size_of::<$name>(),
                 ),
             };
         }
@@ -302,6 +331,15 @@ mod tests {
         ];
         assert_eq!(found("Probe"), (offsets.to_vec(), size_of::<Probe>()));
         assert_eq!(found("Counts"), (vec![offset_of!(Counts, one), offset_of!(Counts, two)], size_of::<Counts>()));
+        let words = (Probe::OF_WORDS.wgsl)();
+        assert_eq!(
+            words,
+            "fn probe_of(words0: vec4<u32>, words1: vec4<u32>, words2: vec4<u32>, words3: vec4<u32>) -> Probe {\n    return Probe(\
+             bitcast<vec3<f32>>(words0.xyz), bitcast<u32>(words0.w), bitcast<vec4<f32>>(words1.xyzw), \
+             bitcast<vec2<f32>>(words2.xy), bitcast<vec2<u32>>(words2.zw), bitcast<f32>(words3.x), bitcast<u32>(words3.y), \
+             bitcast<vec2<u32>>(words3.zw));\n}\n"
+        );
+        naga::front::wgsl::parse_str(&(text.clone().into_owned() + &words)).unwrap();
         assert!(text.ends_with("struct Counts {\n    one: atomic<u32>,\n    two: atomic<u32>,\n}\n"), "{text}");
     }
 

@@ -62,6 +62,7 @@ sources![
     "shared/outside",
     "shared/pixel",
     "shared/random",
+    "shared/scene",
     "shared/sky",
     "shared/window",
     "sun_matrix/candidates",

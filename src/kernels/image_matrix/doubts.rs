@@ -1,7 +1,7 @@
 //! What few rays leave open in a pixel: which part of the windows, and of the light paths, is seen from its
 //! surface points, and what further reflections show that none of its rays found.
 
-use super::{ImageTracer, PixelChances, TracedTile};
+use super::{ImageTracer, PixelPoint, TracedTile};
 use crate::kernels::light_paths::LOOK_UNITS;
 use crate::kernels::light_paths::doubts::{BinShares, Chances, are_enough};
 use crate::kernels::trace::doubt::{ENOUGH_HITS, Part, half_a_hit, pattern};
@@ -44,9 +44,9 @@ impl PixelDoubts {
 }
 
 /// Of direct light of the windows, irradiance.
-fn of_direct(chances: &[PixelChances]) -> f64 {
-    let sum = |f: fn(&PixelChances) -> f32| chances.iter().map(|c| f64::from(f(c))).sum::<f64>();
-    let (whole, rays, hits) = (sum(|c| c.direct) / chances.len() as f64, sum(|c| c.rays), sum(|c| c.hits));
+fn of_direct(points: &[PixelPoint]) -> f64 {
+    let sum = |f: fn(&PixelPoint) -> f32| points.iter().map(|c| f64::from(f(c))).sum::<f64>();
+    let (whole, rays, hits) = (sum(|c| c.direct) / points.len() as f64, sum(|c| c.rays), sum(|c| c.hits));
     match rays {
         // No ray went where a window might be seen: it is, or is not.
         0.0 => 0.5 * whole,
@@ -56,10 +56,10 @@ fn of_direct(chances: &[PixelChances]) -> f64 {
 }
 
 /// Of light by light paths, irradiance.
-fn of_gathered(chances: &[PixelChances]) -> f64 {
-    let sum = |f: fn(&PixelChances) -> f32| chances.iter().map(|c| f64::from(f(c))).sum::<f64>();
+fn of_gathered(points: &[PixelPoint]) -> f64 {
+    let sum = |f: fn(&PixelPoint) -> f32| points.iter().map(|c| f64::from(f(c))).sum::<f64>();
     let all = Chances { possible: sum(|c| c.gathered), squares: sum(|c| c.gathered_squares), arrived: sum(|c| c.gathered_hits) };
-    all.doubt(chances.len() as f64)
+    all.doubt(points.len() as f64)
 }
 
 impl ImageTracer<'_> {
@@ -67,19 +67,19 @@ impl ImageTracer<'_> {
     pub(super) fn doubts(&self, tile: &TracedTile, pixel: usize, pixels: usize) -> [f64; 3] {
         let o = &self.options;
         let batches = f64::from(o.batches);
-        let chances: Vec<PixelChances> = tile.chances.iter().skip(pixel).step_by(pixels).copied().collect();
+        let points: Vec<PixelPoint> = tile.points.iter().skip(pixel).step_by(pixels).copied().collect();
         let other = self.tables.has_other_reflections();
         let near = tile.near.as_ref().filter(|_| other);
         let near = near.map_or(0.0, |n| n.doubt(pixel, pixels, f64::from(o.near_samples) * batches));
         let images = tile.images.get(pixel).copied().unwrap_or(0.0);
-        let irradiance = of_direct(&chances).hypot(of_gathered(&chances)).hypot(near).hypot(images);
+        let irradiance = of_direct(&points).hypot(of_gathered(&points)).hypot(near).hypot(images);
         // By its own rays a pixel looks into reflections.
         let [looks, hits, weights, possible] = tile.looks[pixel].map(f64::from);
         // If there was no look, half of one might have been.
         let weight = if looks > 0.0 { weights / LOOK_UNITS / looks } else { FRAC_1_SQRT_2 };
         let doubted = (looks > 0.0 || possible > 0.0) && hits < ENOUGH_HITS;
         let seen = if doubted { half_a_hit(weight, f64::from(o.subpixels)) } else { 0.0 };
-        let weight = |c: usize| tile.weights.iter().skip(pixel).step_by(pixels).map(|w| f64::from(w[c])).sum::<f64>() / batches;
+        let weight = |c: usize| tile.points.iter().skip(pixel).step_by(pixels).map(|p| f64::from(p.weight[c])).sum::<f64>() / batches;
         std::array::from_fn(|c| (irradiance * weight(c)).hypot(seen))
     }
 }

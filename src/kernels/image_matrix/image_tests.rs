@@ -343,8 +343,8 @@ fn pixels_behind_a_closed_screen_are_black_and_state_half_a_hit() {
         ("image_matrix/direct", "chance.direct /= f32(params.window_samples);", ""),
         (
             "image_matrix/gather",
-            "chances[place].gathered_squares += each * each * traced;",
-            "chances[place].gathered_squares += each * traced;",
+            "points[place].gathered_squares += each * each * traced;",
+            "points[place].gathered_squares += each * traced;",
         ),
         ("image_matrix/gather", "let each = step * (FRAC_1_PI / 3.0", "let each = step * (FRAC_1_PI"),
     ] {

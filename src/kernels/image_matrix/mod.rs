@@ -73,8 +73,10 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What few hits leave open, of a pixel's surface point in a batch; irradiance, sr.
-    pub(crate) struct PixelChances {
+    /// A pixel's surface point in a batch, and what few hits leave open of its irradiance, sr.
+    pub(crate) struct PixelPoint {
+        /// Radiance that the pixel shows per irradiance of the point; 0 where there is none.
+        weight: [f32; 3],
         /// Direct light of the windows: with nothing in the way; how many rays, and how many of them arrived.
         direct: f32,
         rays: f32,
@@ -85,6 +87,7 @@ gpu_struct! {
         gathered_hits: f32,
         padding0: f32,
         padding1: f32,
+        padding2: f32,
     }
 }
 
@@ -183,7 +186,7 @@ pub fn registered() -> Vec<Shader> {
 }
 
 const STRUCTS: &[Declared] =
-    &[TileParams::DECLARED, PixelRay::DECLARED, PixelChances::DECLARED, BinShare::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED];
+    &[TileParams::DECLARED, PixelRay::DECLARED, PixelPoint::DECLARED, BinShare::DECLARED, Receiver::DECLARED, VirtualLight::DECLARED];
 const RECEIVERS: Shader = trace::shader("image_matrix/receivers", &[LOOKS, STRUCTS]);
 const DIRECT: Shader = trace::shader("image_matrix/direct", &[STRUCTS]);
 const GATHER: Shader = trace::shader("image_matrix/gather", &[NUMBERS, STRUCTS]);

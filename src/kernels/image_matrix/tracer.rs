@@ -1,7 +1,7 @@
 //! Tracing of a picture, tile by tile.
 
 use super::{
-    BinShare, DIRECT, GATHER, ImageOptions, LEAST_IMAGE_RAYS, MOST_LIGHTS, PixelChances, PixelRay, PixelRows, RECEIVERS, TileParams,
+    BinShare, DIRECT, GATHER, ImageOptions, LEAST_IMAGE_RAYS, MOST_LIGHTS, PixelPoint, PixelRay, PixelRows, RECEIVERS, TileParams,
     VERTICES_KEPT, doubts,
 };
 use crate::camera::{PixelSamples, Raster};
@@ -112,7 +112,7 @@ impl<'d> ImageTracer<'d> {
                         let at = batch * inside.len() + pixel;
                         let mut v = f64::from(tile.sums[((bin * batches + batch) * inside.len() + pixel) * 3 + c]);
                         if let Some(near) = &tile.near {
-                            v += f64::from(near.sums[(at * bins + bin) * 3 + c]) * f64::from(tile.weights[at][c]);
+                            v += f64::from(near.sums[(at * bins + bin) * 3 + c]) * f64::from(tile.points[at].weight[c]);
                         }
                         sum += v;
                         let own = share(seen(batch), per_part[batch]);
@@ -170,10 +170,9 @@ impl<'d> ImageTracer<'d> {
         let params_buffer = device.uniform("tile parameters", &params)?;
         let rays = device.upload("camera rays", &rays)?;
         let receivers = device.zeros::<Receiver>("receivers of the pixels", batches * pixels)?;
-        let weights = device.zeros::<[f32; 4]>("weights of the receivers", batches * pixels)?;
         let seen = device.zeros::<u32>("windows seen directly", batches * pixels * bins * 3)?;
         let looks = device.zeros::<[u32; 4]>("reflections left to chance", pixels)?;
-        let chances = device.zeros::<PixelChances>("rays that arrive", batches * pixels)?;
+        let points = device.zeros::<PixelPoint>("surface points of the pixels", batches * pixels)?;
         let shares = device.zeros::<BinShare>("shares of the bins", batches * pixels * bins)?;
         let sums = device.zeros::<f32>("rows of the picture", batches * pixels * bins * 3)?;
         let groups = (pixels as u32).div_ceil(64);
@@ -182,7 +181,7 @@ impl<'d> ImageTracer<'d> {
             ("params", &params_buffer),
             ("rays", &rays),
             ("receivers", &receivers),
-            ("receiver_weights", &weights),
+            ("points", &points),
             ("seen", &seen),
             ("looks", &looks),
         ];
@@ -190,14 +189,7 @@ impl<'d> ImageTracer<'d> {
         let reached = o.bounces.is_none_or(|b| b > 0);
         let (mut near, mut open) = (None, Vec::new());
         if reached {
-            let own = [
-                ("params", &params_buffer),
-                ("receivers", &receivers),
-                ("receiver_weights", &weights),
-                ("shares", &shares),
-                ("sums", &sums),
-                ("chances", &chances),
-            ];
+            let own = [("params", &params_buffer), ("receivers", &receivers), ("shares", &shares), ("sums", &sums), ("points", &points)];
             self.run(&self.direct, &own, [groups, o.batches, 1], (pixels * batches) as u64, statistics)?;
             statistics.segments += pixels as u64 * u64::from(o.batches) * u64::from(o.window_samples.div_ceil(o.traced_every));
         }
@@ -217,7 +209,7 @@ impl<'d> ImageTracer<'d> {
             let which = (&receivers, pixels);
             let mut found = near_paths(device, (&self.tables, &self.scene), &self.near, &near_options, which, statistics)?;
             if let Some(images) = &self.images {
-                let receiver_points = self.receiver_points(&device.read(&receivers)?, &device.read(&weights)?, pixels);
+                let receiver_points = self.receiver_points(&device.read(&receivers)?, &device.read(&points)?, pixels);
                 let sums = (&mut found.sums[..], pixels);
                 open = images.add(device, (&self.tables, &self.scene), self.windows, &receiver_points, sums, statistics)?;
             }
@@ -225,7 +217,7 @@ impl<'d> ImageTracer<'d> {
         }
         if reflected {
             for round in 0..self.rounds() {
-                self.reflected(round, &params, (&receivers, &weights), (&shares, &sums, &chances), statistics)?;
+                self.reflected(round, &params, (&receivers, &points), (&shares, &sums), statistics)?;
             }
         }
         Ok(TracedTile {
@@ -233,19 +225,18 @@ impl<'d> ImageTracer<'d> {
             sums: device.read_finite(&sums)?,
             seen: device.read(&seen)?,
             looks: device.read(&looks)?,
-            chances: device.read(&chances)?,
-            weights: device.read(&weights)?,
+            points: device.read(&points)?,
             near,
             images: open,
         })
     }
 
     /// The surface points of the pixels, `[batch][pixel]`, as far as there are.
-    fn receiver_points(&self, receivers: &[Receiver], weights: &[[f32; 4]], pixels: usize) -> Vec<ReceiverPoint> {
-        let of = |(place, (r, w)): (usize, (&Receiver, &[f32; 4]))| {
+    fn receiver_points(&self, receivers: &[Receiver], points: &[PixelPoint], pixels: usize) -> Vec<ReceiverPoint> {
+        let of = |(place, (r, p)): (usize, (&Receiver, &PixelPoint))| {
             let batch = (place / pixels) as u32;
             let position = Vec3::from_array(r.position);
-            (w[..3] != [0.0; 3]).then(|| ReceiverPoint {
+            (p.weight != [0.0; 3]).then(|| ReceiverPoint {
                 row: place % pixels,
                 batches: batch..batch + 1,
                 position: self.tables.normalization.back(position),
@@ -254,7 +245,7 @@ impl<'d> ImageTracer<'d> {
                 number: r.number,
             })
         };
-        receivers.iter().zip(weights).enumerate().filter_map(of).collect()
+        receivers.iter().zip(points).enumerate().filter_map(of).collect()
     }
 
     /// Lights per bin that one dispatch of `image_matrix/gather` can connect: a limit on its loops, which some
@@ -279,8 +270,8 @@ impl<'d> ImageTracer<'d> {
         &self,
         round: u32,
         params: &TileParams,
-        (receivers, weights): (&Buffer, &Buffer),
-        (shares, sums, chances): (&Buffer, &Buffer, &Buffer),
+        (receivers, points): (&Buffer, &Buffer),
+        (shares, sums): (&Buffer, &Buffer),
         statistics: &mut TraceStatistics,
     ) -> Result<()> {
         let (o, device) = (&self.options, self.device);
@@ -308,10 +299,9 @@ impl<'d> ImageTracer<'d> {
             let own = [
                 ("params", &params_now),
                 ("receivers", receivers),
-                ("receiver_weights", weights),
                 ("shares", shares),
                 ("sums", sums),
-                ("chances", chances),
+                ("points", points),
                 ("lights", &paths.lights),
                 ("light_counts", &paths.light_counts),
             ];
@@ -369,9 +359,7 @@ pub(super) struct TracedTile {
     /// weights, rays that met what might reflect.
     pub(super) looks: Vec<[u32; 4]>,
     /// `[batch][pixel]`
-    pub(super) chances: Vec<PixelChances>,
-    /// `[batch][pixel][rgb and nothing]`
-    pub(super) weights: Vec<[f32; 4]>,
+    pub(super) points: Vec<PixelPoint>,
     /// `[batch][pixel]`
     pub(super) near: Option<NearPaths>,
     /// What images of windows leave open, per pixel; empty if there are none.

@@ -68,6 +68,24 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Where the parts of a scene begin in its buffer, in quads of words, the nodes first (`shared/scene.wgsl`).
+    pub(crate) struct SceneParts {
+        /// Triangles of the surfaces.
+        pub triangles: u32,
+        /// Materials.
+        pub materials: u32,
+        /// Windows.
+        pub windows: u32,
+        /// Rings of the windows' bases.
+        pub rings: u32,
+        /// Triangles of the windows.
+        pub window_triangles: u32,
+        /// Number of windows.
+        pub window_count: u32,
+    }
+}
+
+gpu_struct! {
     /// Paths finished and failed, paths still alive, segments traced (`shared/counters.wgsl`).
     pub(crate) struct Counters: atomic {
         /// Paths that ended properly.
@@ -108,7 +126,16 @@ crate::gpu_constants! {
     }
 }
 
-const STRUCTS: &[Declared] = &[Material::DECLARED, Window::DECLARED, Ring::DECLARED, Counters::DECLARED];
+const STRUCTS: &[Declared] = &[
+    Material::DECLARED,
+    Material::OF_WORDS,
+    Window::DECLARED,
+    Window::OF_WORDS,
+    Ring::DECLARED,
+    Ring::OF_WORDS,
+    SceneParts::DECLARED,
+    Counters::DECLARED,
+];
 
 /// A shader that traces rays: what is declared here is shared by all of them.
 pub(crate) const fn shader(path: &'static str, declared: &'static [&'static [Declared]]) -> Shader {

@@ -3,7 +3,8 @@
 use super::normalization::Normalization;
 use super::planes;
 use super::records::{
-    MATERIAL_ABSORBER, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE, Material, Ring, Window, absorber, material_record, pane_kind,
+    MATERIAL_ABSORBER, MATERIAL_GLASS, MATERIAL_MIRROR, MATERIAL_SURFACE, Material, Ring, SceneParts, Window, absorber, material_record,
+    pane_kind,
 };
 use crate::bins::AngleBasis;
 use crate::bvh::Bvh;
@@ -38,7 +39,7 @@ pub(crate) struct TraceTables {
     pub windows: Vec<Window>,
     /// Rings of all windows.
     pub rings: Vec<Ring>,
-    /// Corners of the windows' triangles: xyz and w as in `shared/window.wgsl`.
+    /// Corners of the windows' triangles: xyz and w as in `shared/scene.wgsl`.
     pub window_triangles: Vec<[f32; 4]>,
     /// What the shaders need.
     pub features: SceneFeatures,
@@ -264,7 +265,7 @@ impl TraceTables {
     /// Uploads the tables and builds the acceleration structure.
     ///
     /// # Errors
-    /// If the device lacks memory or one table exceeds its limits.
+    /// If the device lacks memory or the scene exceeds its limits.
     pub(crate) fn upload(&self, device: &Device) -> Result<TraceScene> {
         let bvh = Bvh::build(&self.triangles);
         let mut corners: Vec<[f32; 4]> = Vec::with_capacity(bvh.order.len() * 3);
@@ -275,40 +276,50 @@ impl TraceTables {
             let plane = self.triangle_planes[index as usize];
             corners.extend([[a.x, a.y, a.z, f32::from_bits(number)], [b.x, b.y, b.z, pane], [c.x, c.y, c.z, f32::from_bits(plane)]]);
         }
-        Ok(TraceScene {
-            nodes: device.upload("BVH nodes", &bvh.nodes)?,
-            triangles: device.upload("triangles", &corners)?,
-            materials: device.upload("materials", &self.materials)?,
-            windows: device.upload("windows", &self.windows)?,
-            rings: device.upload("rings of the windows' bases", &self.rings)?,
-            window_triangles: device.upload("window triangles", &self.window_triangles)?,
-        })
+        let tables: [&[u8]; 6] = [
+            bytemuck::cast_slice(&bvh.nodes),
+            bytemuck::cast_slice(&corners),
+            bytemuck::cast_slice(&self.materials),
+            bytemuck::cast_slice(&self.windows),
+            bytemuck::cast_slice(&self.rings),
+            bytemuck::cast_slice(&self.window_triangles),
+        ];
+        let bytes: usize = tables.iter().map(|t| t.len()).sum();
+        let most = device.limits().max_storage_buffer_binding_size.min(device.limits().max_buffer_size).min(u64::from(u32::MAX) * 16);
+        if bytes as u64 > most {
+            let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+            return Err(Error::device(format!(
+                "the scene's {} triangles need {} MiB; '{}' binds at most {} MiB at once",
+                self.triangles.len(),
+                mib(bytes as u64),
+                device.summary().name,
+                mib(most)
+            ))
+            .help("leave out what no light reaches, simplify curved surfaces, or choose another device with --device (lucarne devices)"));
+        }
+        let mut end = 0;
+        let [triangles, materials, windows, rings, window_triangles, _] = tables.map(|table| {
+            end += (table.len() / QUAD_BYTES) as u32;
+            end
+        });
+        let parts = SceneParts { triangles, materials, windows, rings, window_triangles, window_count: self.windows.len() as u32 };
+        Ok(TraceScene { words: device.upload_tables("scene", &tables)?, parts: device.uniform("parts of the scene", &parts)? })
     }
 }
 
+/// Bytes of a quad of words, of which all tables of a scene are made.
+const QUAD_BYTES: usize = 16;
+
 /// A scene on the device: the bindings that every tracing kernel shares.
 pub(crate) struct TraceScene {
-    nodes: Buffer,
-    triangles: Buffer,
-    materials: Buffer,
-    windows: Buffer,
-    rings: Buffer,
-    window_triangles: Buffer,
+    words: Buffer,
+    parts: Buffer,
 }
 
 impl TraceScene {
     /// Shared bindings by their WGSL names, with those of one kernel added.
     pub(crate) fn bindings<'a>(&'a self, own: &[(&'a str, &'a Buffer)]) -> Vec<(&'a str, &'a Buffer)> {
-        let mut all = vec![
-            ("bvh_nodes", &self.nodes),
-            ("bvh_triangles", &self.triangles),
-            ("materials", &self.materials),
-            ("windows", &self.windows),
-            ("rings", &self.rings),
-            ("window_triangles", &self.window_triangles),
-        ];
-        all.extend_from_slice(own);
-        all
+        [&[("scene_words", &self.words), ("scene_parts", &self.parts)], own].concat()
     }
 }
 

@@ -114,7 +114,7 @@ fn images_in_smooth_planes_are_those_of_the_definition() {
         ("light_paths/images", "rest * 0.99999", "rest * 1.01"),
         ("light_paths/images", "dot(to_window.direction, view.normal)", "dot(to_window.direction, view.mirror)"),
         ("light_paths/images", "triangle_plane(hit.triangle) == view.plane", "triangle_plane(hit.triangle) > 0u"),
-        ("shared/bvh", "bitcast<u32>(bvh_triangles[triangle * 3u + 2u].w)", "0u"),
+        ("shared/bvh", "return triangle_quad(triangle, 2u).w;", "return 0u;"),
     ] {
         let found = mutation::with(path, from, to, || worst(false));
         assert!(!(found < 1.0), "'{to}' in {path} is not found out: {found}");
@@ -221,7 +221,7 @@ fn each_bin_behind_a_slit_has_its_own_share_of_light() {
         crate::kernels::trace::comparison::agrees(&v, 0, &reference, samples)
     };
     println!("{}", compare().unwrap());
-    let fault = ("windows[to_window.window], -to_window.direction", "windows[to_window.window], to_window.direction");
+    let fault = ("window_at(to_window.window), -to_window.direction", "window_at(to_window.window), to_window.direction");
     let found = mutation::with("view_matrix/direct", fault.0, fault.1, compare);
     assert!(found.is_err(), "{found:?}");
 }

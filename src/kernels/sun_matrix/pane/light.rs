@@ -75,8 +75,16 @@ pub(in super::super) fn registered() -> Vec<Shader> {
     vec![SUNS, GATHER]
 }
 
-const OF_PANES: &[Declared] =
-    &[PaneParams::DECLARED, Pane::DECLARED, PaneSun::DECLARED, PaneCell::DECLARED, PanePoint::DECLARED, PaneEnd::DECLARED];
+const OF_PANES: &[Declared] = &[
+    PaneParams::DECLARED,
+    Pane::DECLARED,
+    Pane::OF_WORDS,
+    PaneSun::DECLARED,
+    PaneSun::OF_WORDS,
+    PaneCell::DECLARED,
+    PanePoint::DECLARED,
+    PaneEnd::DECLARED,
+];
 const SUNS: Shader = trace::shader("sun_matrix/pane_suns", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS, OF_PANES]);
 const GATHER: Shader = trace::shader("sun_matrix/pane_gather", &[bsdf_scattering::NUMBERS, NUMBERS, STRUCTS, OF_PANES]);
 
@@ -84,7 +92,6 @@ const GATHER: Shader = trace::shader("sun_matrix/pane_gather", &[bsdf_scattering
 pub(in super::super) struct PaneLight<'t, 'd> {
     tracer: &'t SunTracer<'d>,
     tables: &'t PaneTables,
-    panes: Buffer,
     cells: Buffer,
     words: Buffer,
     /// Points of the cells, where their light is followed: for suns, and for receivers.
@@ -95,7 +102,8 @@ pub(in super::super) struct PaneLight<'t, 'd> {
 /// Some of the suns that can reach a pane, and what they bring to the cells.
 pub(in super::super) struct SunsAtPanes {
     suns: Buffer,
-    pane_suns: Buffer,
+    /// The panes, and what they are to the suns.
+    panes: Buffer,
     /// `[sun][batch][cell]`
     ends: Buffer,
     count: usize,
@@ -123,7 +131,6 @@ impl<'t, 'd> PaneLight<'t, 'd> {
         let points: Vec<PanePoint> = tables.cells.iter().enumerate().map(point).collect();
         let device = tracer.device;
         Ok(Some(Self {
-            panes: device.upload("panes", &tables.panes)?,
             cells: device.upload("cells of the panes", &tables.cells)?,
             words: device.upload("BSDFs", tables.words.words())?,
             points: device.upload("points of the cells", &points)?,
@@ -175,32 +182,20 @@ impl<'t, 'd> PaneLight<'t, 'd> {
         let records: Vec<SunRecord> = active.iter().map(|i| self.tracer.records[*i]).collect();
         let of_panes: Vec<PaneSun> = active.iter().flat_map(|i| &self.tables.suns[i * panes..(i + 1) * panes]).copied().collect();
         let suns = device.upload("suns", &records)?;
-        let pane_suns = device.upload("suns through panes", &of_panes)?;
-        let ends = self.ends(&self.params(0, count, 0), &self.points, [&suns, &pane_suns], statistics)?;
-        Ok(SunsAtPanes { suns, pane_suns, ends, count })
+        let tables = [bytemuck::cast_slice(&self.tables.panes), bytemuck::cast_slice(&of_panes)];
+        let panes = device.upload_tables("panes and their suns", &tables)?;
+        let ends = self.ends(&self.params(0, count, 0), &self.points, [&suns, &panes], statistics)?;
+        Ok(SunsAtPanes { suns, panes, ends, count })
     }
 
     /// What suns bring to points of panes, `[sun][batch][point]`.
-    fn ends(
-        &self,
-        params: &PaneParams,
-        points: &Buffer,
-        [suns, pane_suns]: [&Buffer; 2],
-        statistics: &mut TraceStatistics,
-    ) -> Result<Buffer> {
+    fn ends(&self, params: &PaneParams, points: &Buffer, [suns, panes]: [&Buffer; 2], statistics: &mut TraceStatistics) -> Result<Buffer> {
         let device = self.tracer.device;
         let all = (params.suns * params.batches * params.cells) as usize;
         let ends = device.zeros::<PaneEnd>("suns at points of panes", all)?;
         let params = device.uniform("parameters", params)?;
-        let own = [
-            ("params", &params),
-            ("panes", &self.panes),
-            ("suns", suns),
-            ("pane_suns", pane_suns),
-            ("points", points),
-            ("ends", &ends),
-            ("bsdf_words", &self.words),
-        ];
+        let own =
+            [("params", &params), ("suns", suns), ("pane_words", panes), ("points", points), ("ends", &ends), ("bsdf_words", &self.words)];
         self.tracer.run(&self.tracer.kernel(&SUNS, &[])?, &own, all as u64, statistics)?;
         Ok(ends)
     }
@@ -228,9 +223,8 @@ impl<'t, 'd> PaneLight<'t, 'd> {
             let params = device.uniform("parameters", &params)?;
             let own = [
                 ("params", &params),
-                ("panes", &self.panes),
+                ("pane_words", &suns.panes),
                 ("cells", &self.cells),
-                ("pane_suns", &suns.pane_suns),
                 ("links", &links),
                 ("receivers", tile.receivers),
                 ("sun_ends", &suns.ends),
@@ -260,7 +254,7 @@ impl<'t, 'd> PaneLight<'t, 'd> {
             disc_samples: self.tracer.options.disc_samples,
             ..self.params(0, suns.count, count as u32)
         };
-        self.tracer.device.read(&self.ends(&params, points, [&suns.suns, &suns.pane_suns], statistics)?)
+        self.tracer.device.read(&self.ends(&params, points, [&suns.suns, &suns.panes], statistics)?)
     }
 
     /// Adds what receivers get to a result, whose rows they are, and the work to what was done before.

@@ -2,7 +2,6 @@
 
 use super::{MaterialAnswer, MaterialProbe, random::sample_pair, run};
 use crate::gpu::Device;
-use crate::kernels::trace::Material;
 use crate::kernels::trace::reference::{Random, glass_pane};
 use glam::DVec3;
 
@@ -11,9 +10,7 @@ fn answers(device: &Device, probes: &[MaterialProbe]) -> Vec<MaterialAnswer> {
     let unanswered = MaterialAnswer { transmitted: [f32::NAN; 3], direction: [f32::NAN; 3], ..MaterialAnswer::default() };
     let answers = device.upload("answers", &vec![unanswered; probes.len()]).unwrap();
     let groups = [(probes.len() as u32).div_ceil(64), 1, 1];
-    // The file of the functions under test binds the scene's materials, which they do not use.
-    let materials = device.zeros::<Material>("materials", 1).unwrap();
-    let own = [("materials", &materials), ("probes", &questions), ("answers", &answers)];
+    let own = [("probes", &questions), ("answers", &answers)];
     run(device, &super::MATERIAL, None, &own, groups, None);
     device.read(&answers).unwrap()
 }
