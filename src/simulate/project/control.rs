@@ -51,7 +51,7 @@ impl ControlSection {
     pub(super) fn read(table: Option<Table<'_, '_>>, facade: &Facade) -> Result<Self> {
         let Some(mut table) = table else { return Ok(Self::default()) };
         let mut groups: Vec<GroupControl> = Vec::new();
-        for (key, text) in table.all_texts()? {
+        for (key, text) in table.all_texts().map_err(|e| e.help("write the name of a state, or of a table of states (CSV), in quotes"))? {
             let names: Vec<&str> = facade.groups().iter().map(|g| g.name.as_str()).collect();
             let Some(number) = facade.groups().iter().position(|g| alike(&g.name, &key)) else {
                 let error = table.error(&key, format!("there is no group of windows '{key}' with states"));
