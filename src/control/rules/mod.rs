@@ -1,0 +1,25 @@
+//! Rules: which state a group takes, from what it is like outdoors and indoors.
+//!
+//! ```text
+//! rule       = clause { ";" clause }
+//! clause     = STATE "if" condition [ "for" MINUTES ] [ "until" condition ]
+//!            | "else" STATE
+//!            | "keep" MINUTES
+//! condition  = [ "not" ] comparison { ("and" | "or") condition }, with parentheses
+//! comparison = signal (">" | ">=" | "<" | "<=") NUMBER [ unit ]
+//!            | signal "between" NUMBER [ unit ] "and" NUMBER [ unit ]
+//!            | "occupied"
+//! ```
+//!
+//! The definition with its signals for who writes rules: [`guide::control`](crate::guide::control).
+
+mod condition;
+mod operate;
+mod parse;
+mod signal;
+mod words;
+
+pub use condition::{Condition, Limit};
+pub use operate::{Decided, Operation, Oscillation, Values, operate};
+pub use parse::{Clause, Rule};
+pub use signal::{Known, Reading, Signal, Statistic};
