@@ -244,19 +244,3 @@ fn any_number_of_threads_gives_the_same() {
     };
     assert_eq!(run(1), run(4));
 }
-
-/// Four groups of ten states, a year, as a project has them. Run with `--ignored --nocapture` for the time.
-#[test]
-#[ignore = "a measurement"]
-fn a_year_of_four_groups_of_ten_states() {
-    let states = [10; 4];
-    let facade = facade(&states);
-    for aim in AIMS {
-        let problem = problem(&states, aim, 0.38);
-        let lights = lights(&problem, 8760, 77);
-        let clock = std::time::Instant::now();
-        let found = optimum(&problem, &facade, &lights, 8760).unwrap();
-        let seconds = clock.elapsed().as_secs_f64();
-        eprintln!("{aim:?}: {seconds:.1} s, {} remaining, mean {}", found.remaining.len(), found.value.iter().sum::<f64>() / 8760.0);
-    }
-}
