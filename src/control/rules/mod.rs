@@ -11,7 +11,8 @@
 //!            | "occupied"
 //! ```
 //!
-//! The definition with its signals for who writes rules: [`guide::control`](crate::guide::control).
+//! Names of states, groups, sensors and views stand as words or in quotes. [`Signal`] lists what can be compared,
+//! [`operate()`] says how a year is decided.
 
 mod condition;
 mod operate;

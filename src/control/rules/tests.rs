@@ -177,8 +177,8 @@ fn a_rule_tells_which_signals_it_needs() {
     assert_eq!(rule.readings(), wanted);
     assert!(rule.asks_for_occupancy() && rule.keep_minutes == 30.0);
     assert_eq!(rule.clauses[0].text, "\"blind 45\" if sun on sensors > 1 klx and irradiance on north > 10");
-    assert_eq!(rule.clauses[0].condition.holds(&mut |r| if r.signal == Signal::Sun(None) { 1001.0 } else { 11.0 }, false), true);
-    assert_eq!(rule.clauses[0].condition.holds(&mut |_| 999.0, false), false);
+    assert!(rule.clauses[0].condition.holds(&mut |r| if r.signal == Signal::Sun(None) { 1001.0 } else { 11.0 }, false));
+    assert!(!rule.clauses[0].condition.holds(&mut |_| 999.0, false));
 }
 
 #[test]
