@@ -282,17 +282,6 @@ impl Inputs {
         SunSet::of(&self.weather, project.method.suns_of(&choice), &windows, project.output.quantity)
     }
 
-    /// The suns that any state of any window lets through.
-    ///
-    /// # Errors
-    /// As [`SunSet::new`].
-    pub(crate) fn sun_set_of_states(&self, project: &Project) -> Result<SunSet> {
-        let sunny = |w: &&ProjectWindow| w.is_sunny() || w.states.iter().any(WindowState::is_sunny);
-        let windows: Vec<Window> = self.windows.iter().filter(sunny).map(|w| w.window.clone()).collect();
-        let windows = if project.quality.prune { windows } else { Vec::new() };
-        SunSet::of(&self.weather, project.method.suns_of(&self.choice(project)), &windows, project.output.quantity)
-    }
-
     /// Windows through which suns are traced, by their shade or their scattering data, in any state that they are ever in.
     /// Of a façade that moves, any state counts: its suns are then the same whatever the schedule.
     pub(crate) fn sunny_windows(&self) -> Vec<Window> {

@@ -1,11 +1,13 @@
 //! The façade as it is through the year: which window is in which state when.
 
 use super::Inputs;
+use super::suns::SunSet;
 use super::windows::{ProjectWindow, WindowState};
 use crate::control::{Schedule, State, read};
 use crate::error::{Result, Warnings};
 use crate::matrix::Matrix;
 use crate::metrics::Year;
+use crate::scene::Window;
 use crate::simulate::project::Project;
 use crate::simulate::project::control::Asked;
 use crate::simulate::store::fingerprint::Fingerprint;
@@ -211,6 +213,17 @@ impl Inputs {
             })
             .collect();
         (found, of_step)
+    }
+
+    /// The suns that any state of any window lets through.
+    ///
+    /// # Errors
+    /// As [`SunSet::new`].
+    pub(crate) fn sun_set_of_states(&self, project: &Project) -> Result<SunSet> {
+        let sunny = |w: &&ProjectWindow| w.is_sunny() || w.states.iter().any(WindowState::is_sunny);
+        let windows: Vec<Window> = self.windows.iter().filter(sunny).map(|w| w.window.clone()).collect();
+        let windows = if project.quality.prune { windows } else { Vec::new() };
+        SunSet::of(&self.weather, project.method.suns_of(&self.choice(project)), &windows, project.output.quantity)
     }
 
     /// Adds all T that results depend on, and when they hold.

@@ -3,6 +3,9 @@
 //! The counts follow the kernels' loops; what depends on chance (how long paths live) comes from a few walks
 //! through the scene. A test holds them to what a run counts.
 
+mod states;
+
+use self::states::state_costs;
 use super::presets::{
     coefficient_options, daylight_options, image_options, pane_options, rounds, sun_options, sun_picture_options, view_options,
 };
@@ -146,6 +149,7 @@ impl Lives {
 fn mean_kept(inputs: &Inputs) -> f64 {
     const WALKS: usize = 512;
     const MOST: usize = 8;
+    let largest = |c: [f64; 3]| c.into_iter().fold(0.0, f64::max);
     let scene = &inputs.scene;
     let kind = |t: &Triangle| scene.materials[t.material.0 as usize].kind;
     // Paths pass panes of glass; they are no vertices.
@@ -186,10 +190,6 @@ fn mean_kept(inputs: &Inputs) -> f64 {
         }
     }
     if alive > 0.0 { kept / alive } else { 0.0 }
-}
-
-fn largest(color: [f64; 3]) -> f64 {
-    color.into_iter().fold(0.0, f64::max)
 }
 
 /// Rays of D of a window, if it is traced.
@@ -297,30 +297,6 @@ pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, l
         all.extend(view_costs(project, inputs, view, suns, lit)?);
     }
     Ok(all)
-}
-
-/// What the states of the façade add for sensors: the light of each, and its suns.
-fn state_costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, sensors: usize, lit: usize) -> Vec<PhasePlan> {
-    let groups = inputs.facade.groups();
-    let states: usize = groups.iter().map(|g| g.states.len()).sum();
-    if sensors == 0 || groups.iter().all(|g| g.states.len() < 2) {
-        return Vec::new();
-    }
-    let mut all = Vec::new();
-    if let Some(suns) = suns {
-        let needed = suns.census.needed;
-        // Each thing that suns pass has all suns, but the one that is traced above.
-        let ways = inputs.ways_of_suns();
-        let more = if inputs.moves() { ways.saturating_sub(1) } else { ways } as f64;
-        let phase = PhasePlan::new("Cds of states".into(), (sensors, "sensors"), (ways * needed, "suns"));
-        let scattered = pane_entries(inputs, &pane_options(project), sensors, needed) * slow::PANE_ENTRY;
-        all.push(phase.traced(more * sun_rays(project, inputs, sensors, needed), slow::SUN_RAY).worked(more * scattered));
-    }
-    let bins = inputs.bins() as f64 * if suns.is_some() { 2.0 } else { 1.0 };
-    let work = 3.0 * bins / groups.len() as f64 * (states * sensors * lit) as f64;
-    let phase = PhasePlan::new("light of states".into(), (states * sensors, "sensors"), (inputs.weather.records.len(), "steps"));
-    all.push(phase.worked(work * slow::PRODUCT));
-    all
 }
 
 /// Rays of Cds of sensors.
