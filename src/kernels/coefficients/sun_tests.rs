@@ -114,7 +114,7 @@ fn faults_in_the_light_paths_of_suns_are_found_out() {
         ("coefficients/sun_starts", "(cosine * window.area / area * total)", "(cosine * total)"),
         ("coefficients/sun_starts", "light.weight * (total * PI)", "light.weight * total"),
         ("coefficients/sun_starts", "(f32(params.samples) / f32(count))", "1.0"),
-        ("coefficients/sun_starts", "params.first_pane + w]", "params.first_pane]"),
+        ("coefficients/sun_starts", "params.first_pane + w)", "params.first_pane)"),
         ("coefficients/sunlight", "(cosine * FRAC_1_PI)", "FRAC_1_PI"),
         ("coefficients/sunlight", "result.weight *= sum;", ""),
         ("coefficients/gather", "params.sunlit, (label", "OTHER, (label"),

@@ -3,18 +3,13 @@
 //! The counts follow the kernels' loops; what depends on chance (how long paths live) comes from a few walks
 //! through the scene. A test holds them to what a run counts.
 
-mod states;
-
-use self::states::state_costs;
+use super::lives::Lives;
 use super::presets::{
     coefficient_options, daylight_options, image_options, pane_options, rounds, sun_options, sun_picture_options, view_options,
 };
-use crate::bvh::Caster;
 use crate::error::Result;
 use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::sun_matrix::SunOptions;
-use crate::random::Random;
-use crate::scene::{MaterialKind, Triangle};
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::inputs::{Inputs, ProjectWindow};
 use crate::simulate::project::Project;
@@ -111,85 +106,6 @@ impl PhasePlan {
     fn worked(self, seconds: f64) -> Self {
         Self { slow_seconds: self.slow_seconds + seconds, ..self }
     }
-}
-
-/// How long paths live in a scene.
-#[derive(Debug, Clone, Copy)]
-struct Lives {
-    /// Share of its weight that a path keeps at a surface.
-    kept: f64,
-    /// Radiance's `-ab`.
-    bounces: Option<u32>,
-    /// Weight below which Russian roulette begins.
-    roulette: f64,
-}
-
-impl Lives {
-    fn new(inputs: &Inputs, bounces: Option<u32>, roulette: f32) -> Self {
-        Self { kept: mean_kept(inputs).clamp(0.05, 0.95), bounces, roulette: f64::from(roulette) }
-    }
-
-    fn most(&self) -> f64 {
-        self.bounces.map_or(f64::INFINITY, |b| f64::from(b.saturating_sub(1)))
-    }
-
-    /// Reflections before roulette begins.
-    fn certain(&self) -> f64 {
-        self.roulette.ln() / self.kept.ln()
-    }
-
-    /// Vertices of the longest of so many paths.
-    fn most_vertices(&self, paths: f64) -> f64 {
-        (self.certain() + paths.max(1.0).ln() / (1.0 / self.kept).ln()).min(self.most())
-    }
-}
-
-/// What a path that starts in a window keeps of its weight at a surface, on average: by walks of some
-/// reflections on the host, as far as they are alive. What meets a window or nothing keeps nothing.
-fn mean_kept(inputs: &Inputs) -> f64 {
-    const WALKS: usize = 512;
-    const MOST: usize = 8;
-    let largest = |c: [f64; 3]| c.into_iter().fold(0.0, f64::max);
-    let scene = &inputs.scene;
-    let kind = |t: &Triangle| scene.materials[t.material.0 as usize].kind;
-    // Paths pass panes of glass; they are no vertices.
-    let solid: Vec<&Triangle> =
-        scene.triangles.iter().filter(|t| !matches!(kind(t), MaterialKind::Glass { .. } | MaterialKind::Void)).collect();
-    let (Some(surfaces), Some(windows)) = (
-        Caster::new(solid.iter().map(|t| t.vertices).collect()),
-        Caster::new(inputs.windows.iter().flat_map(|w| w.window.triangles.clone()).collect()),
-    ) else {
-        return 0.0;
-    };
-    let (mut alive, mut kept) = (0.0, 0.0);
-    for walk in 0..WALKS {
-        let mut random = Random(walk as u64);
-        let window = &inputs.windows[walk % inputs.windows.len()].window;
-        let mut origin = random.point_on(&window.triangles);
-        let mut direction = random.cosine_direction(window.frame.z);
-        let mut weight = 1.0;
-        for _ in 0..MOST {
-            alive += weight;
-            let Some((distance, number)) = surfaces.nearest(origin, direction, 1e-6) else { break };
-            if windows.nearest(origin, direction, 1e-6).is_some_and(|(d, _)| d < distance) {
-                break;
-            }
-            weight *= match kind(solid[number]) {
-                MaterialKind::Plastic { color, .. } | MaterialKind::Metal { color, .. } => largest(color),
-                MaterialKind::Trans { color, .. } | MaterialKind::Mirror { color } => largest(color),
-                MaterialKind::Lobes(l) => {
-                    largest(std::array::from_fn(|c| l.diffuse[c] + l.diffuse_transmitted[c] + l.specular[c] + l.specular_transmitted[c]))
-                }
-                _ => 0.0,
-            };
-            kept += weight;
-            let [a, b, c] = solid[number].vertices;
-            let normal = (b - a).cross(c - a).normalize_or(direction);
-            origin += distance * direction;
-            direction = random.cosine_direction(if normal.dot(direction) < 0.0 { normal } else { -normal });
-        }
-    }
-    if alive > 0.0 { kept / alive } else { 0.0 }
 }
 
 /// Rays of D of a window, if it is traced.
@@ -297,6 +213,30 @@ pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, l
         all.extend(view_costs(project, inputs, view, suns, lit)?);
     }
     Ok(all)
+}
+
+/// What the states of the façade add for sensors: the light of each, and its suns.
+fn state_costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, sensors: usize, lit: usize) -> Vec<PhasePlan> {
+    let groups = inputs.facade.groups();
+    let states: usize = groups.iter().map(|g| g.states.len()).sum();
+    if sensors == 0 || groups.iter().all(|g| g.states.len() < 2) {
+        return Vec::new();
+    }
+    let mut all = Vec::new();
+    if let Some(suns) = suns {
+        let needed = suns.census.needed;
+        // Each thing that suns pass has all suns, but the one that is traced above.
+        let ways = inputs.ways_of_suns();
+        let more = if inputs.moves() { ways.saturating_sub(1) } else { ways } as f64;
+        let phase = PhasePlan::new("Cds of states".into(), (sensors, "sensors"), (ways * needed, "suns"));
+        let scattered = pane_entries(inputs, &pane_options(project), sensors, needed) * slow::PANE_ENTRY;
+        all.push(phase.traced(more * sun_rays(project, inputs, sensors, needed), slow::SUN_RAY).worked(more * scattered));
+    }
+    let bins = inputs.bins() as f64 * if suns.is_some() { 2.0 } else { 1.0 };
+    let work = 3.0 * bins / groups.len() as f64 * (states * sensors * lit) as f64;
+    let phase = PhasePlan::new("light of states".into(), (states * sensors, "sensors"), (inputs.weather.records.len(), "steps"));
+    all.push(phase.worked(work * slow::PRODUCT));
+    all
 }
 
 /// Rays of Cds of sensors.

@@ -2,6 +2,7 @@
 //! `lucarne plan`. Nothing is traced and no device is needed.
 
 pub(crate) mod costs;
+mod lives;
 pub(crate) mod presets;
 
 use self::costs::{PhasePlan, costs, daylight_rays};
