@@ -135,7 +135,7 @@ fn metrics_of_a_year_are_plain_counts_of_its_illuminance() {
     let lucarne = |arguments: &[&str]| Command::new(env!("CARGO_BIN_EXE_lucarne")).current_dir(folder).args(arguments).output().unwrap();
     let told = lucarne(&["metrics", "out", "--occupancy", "nine.csv", "-o", "again.csv"]);
     let text = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert!(told.status.success() && text.contains("DA300 spatial share") && text.contains("no blinds are moved"), "{text}");
+    assert!(told.status.success() && text.contains("DA300 spatial share") && text.contains("blinds are not moved"), "{text}");
     assert!(std::fs::read_to_string(folder.join("again.csv")).unwrap().starts_with(Metric::COLUMNS));
     std::fs::write(&schedule, "1\n".repeat(24)).unwrap();
     let told = lucarne(&["metrics", "out", "--occupancy", "nine.csv"]);

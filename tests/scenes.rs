@@ -201,6 +201,15 @@ fn every_project_can_be_read() {
     }
 }
 
+#[test]
+fn the_blind_that_moves_follows_its_schedule() {
+    let project = Project::read(&scenes().join("blinds/moving.toml")).unwrap();
+    let inputs = Inputs::read(&project, &mut Warnings::new()).unwrap();
+    // Seven hours of the 245 days from March to October; down and up on each.
+    assert_eq!(inputs.schedule.hours(0, 2, 1.0, None), [f64::from(8760 - 7 * 245), f64::from(7 * 245)]);
+    assert_eq!(inputs.schedule.moves(0), 2 * 245);
+}
+
 /// Share of the light of an incident bin that passes: Σ f Λ over the outgoing bins. T holds f
 /// times the *incident* bin's Λ.
 fn transmittance(t: &Matrix<f64>, basis: &AngleBasis, incident: usize) -> f64 {

@@ -47,7 +47,7 @@ pub enum Shading {
 pub fn doubts(year: &Year, time: &Occupancy, positions: &[DVec3], shading: Shading) -> Vec<String> {
     let mut doubts = Vec::new();
     if shading == Shading::Undeclared {
-        doubts.push("no blinds are moved: LM-83 closes them while more than 2 % of the sensors are in the sun, which gives less".into());
+        doubts.push("LM-83's blinds are not moved: they close while more than 2 % of the sensors are in the sun".into());
     }
     if (time.hours - LM83_HOURS).abs() > 1e-6 || !year.is_whole() {
         doubts.push(format!("the weather has {} h of LM-83's {LM83_HOURS} h", time.hours));
@@ -96,7 +96,7 @@ mod tests {
         let time = Occupancy::lm83(&year, Clock::Standard);
         assert!(doubts(&year, &time, &grid(0.6), Shading::Operated).is_empty());
         assert!(doubts(&year, &time, &grid(0.61), Shading::Operated).is_empty(), "two feet, rounded");
-        assert!(doubts(&year, &time, &grid(0.6), Shading::Undeclared)[0].contains("no blinds"));
+        assert!(doubts(&year, &time, &grid(0.6), Shading::Undeclared)[0].contains("blinds are not moved"));
         assert!(doubts(&year, &time, &grid(0.75), Shading::Operated)[0].contains("0.75 m apart"));
         assert!(doubts(&year, &time, &grid(0.6)[..1], Shading::Operated)[0].contains("no grid"));
         let mut part = Year::common();
