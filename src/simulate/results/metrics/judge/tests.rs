@@ -55,7 +55,7 @@ fn a_room_is_judged_by_all_that_is_known_of_it() {
     let room = Room::new(0.5, lux(12, 600.0, 150.0), 1.0, 0.03);
     let share = room.metric("da300_spatial_share");
     assert_eq!((share.value, share.standard_error, share.lm83_conformant), (Some(0.6), Some(0.0), Some(false)));
-    assert!(share.notes[0].contains("no blinds") && share.notes.len() == 2, "{share:?}");
+    assert!(share.notes[0].contains("blinds are not moved") && share.notes.len() == 2, "{share:?}");
     // 12 of 20 have 500 lx, all have 100 lx in all of the 4380 hours.
     let provision = room.metric("en17037_provision");
     assert_eq!((provision.class.as_deref(), provision.undecided), (Some("minimum"), false));
