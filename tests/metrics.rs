@@ -78,7 +78,10 @@ fn metrics_of_a_year_are_plain_counts_of_its_illuminance() {
     assert!(own.iter().zip(&da).any(|(o, d)| o > d), "the room is neither dark nor bright: {own:?} {da:?}");
     let passing = (0..12).filter(|s| share(*s, &day, 300.0) >= 0.5).count() as f64 / 12.0;
     assert_eq!((spatial.value, spatial.lm83_conformant), (Some(passing), Some(false)), "{spatial:?}");
-    assert!(spatial.notes[0].contains("blinds are not moved") && spatial.notes.iter().any(|n| n.contains("12 of the 13 sensors")), "{spatial:?}");
+    assert!(
+        spatial.notes[0].contains("blinds are not moved") && spatial.notes.iter().any(|n| n.contains("12 of the 13 sensors")),
+        "{spatial:?}"
+    );
     // EN 17037's hours, by the table that the run wrote of them.
     let daylight: Vec<usize> =
         column(&out.join("metrics/hours.csv"), "en17037").iter().enumerate().filter(|(_, v)| **v == 1.0).map(|(i, _)| i).collect();
