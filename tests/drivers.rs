@@ -51,7 +51,7 @@ fn values(out: &Path) -> [Vec<[f64; 2]>; 2] {
     let matrix = |name: &str| read_matrix(&out.join("illuminance").join(name)).unwrap().matrix.into_data();
     let pairs = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| [f64::from(*a), f64::from(*b)]).collect();
     let year = Results::open(out).unwrap().year;
-    let glare = year.glare.iter().flat_map(|g| g.dgp.iter().zip(&g.standard_error).map(|(a, b)| [f64::from(*a), f64::from(*b)]));
+    let glare = year.glare.iter().flat_map(|g| g.dgp.iter().zip(&g.standard_error).map(|(a, b)| [*a, *b]));
     [pairs(&matrix("room.mtx"), &matrix("room_standard_error.mtx")), glare.collect()]
 }
 
