@@ -258,7 +258,7 @@ fn pictures(room: &Room, device: &Device, job: &Fisheye, record: &mut record::Re
     let seconds = room.run(&command)? / 2.0;
     let both: Vec<f64> =
         floats(Path::new(&output))?.chunks_exact(job.peer.len()).flat_map(|all| job.chosen.iter().map(|s| surfaces(all[*s]))).collect();
-    let peer = twice(format!("vwrays -c {rays} | rcontrib -ab 0 -dj 1, {} suns", job.peer.len()), |run| {
+    let peer = twice(format!("vwrays -c {rays} into rcontrib -ab 0 -dj 1, {} suns", job.peer.len()), |run| {
         let one = both.chunks_exact(suns.len()).skip(run as usize - 1).step_by(2);
         let mut found: Vec<f64> = one.flatten().copied().collect();
         // Radiance looks beyond the circle of a fisheye too.
