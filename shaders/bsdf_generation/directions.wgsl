@@ -4,8 +4,8 @@
 // x and y and the size of z count. The sample's frame is the world: z into the room, y up.
 
 import package::generated::{DIRECTIONS_RINGS, DIRECTIONS_SLICES, TAU};
-import package::shared::window::{window_bin, window_bin_direction};
-import package::shared::scene::{ring_at, window_at};
+import package::shared::window::{ring_of_bin, window_bin, window_bin_direction};
+import package::shared::scene::{window_at};
 
 override DIRECTIONS: u32 = 0u;
 // Cells along a side of the square.
@@ -94,11 +94,7 @@ fn sample_ring(cell: u32, random: vec2<f32>, projected: bool) -> CellSample {
         let direction = window_bin_direction(window_at(0), cell, random);
         return CellSample(direction, 1.0 / max(direction.z, 1e-6));
     }
-    var ring = window_at(0).rings - 1u;
-    while ring_at(ring).first > cell {
-        ring -= 1u;
-    }
-    let r = ring_at(ring);
+    let r = ring_of_bin(0u, window_at(0).rings, cell);
     let low = sqrt(r.cos2_low);
     let high = sqrt(r.cos2_high);
     let cosine = mix(low, high, random.x);

@@ -13,7 +13,8 @@ import package::shared::counters::{counters, count_finished};
 import package::bsdf_generation::sample::{params, fly, in_period, REPEAT_X, REPEAT_Y};
 import package::bsdf_generation::directions::{sample_cell, cell_of, turned, DIRECTIONS};
 import package::bsdf_generation::chain::{chains, PARALLEL};
-import package::shared::scene::{material_at, ring_at, window_at};
+import package::shared::scene::{material_at, window_at};
+import package::shared::window::{ring_of_bin};
 
 override INCOMING: bool = false;
 override SPECULAR: bool = true;
@@ -26,11 +27,8 @@ const MOST_SEGMENTS: u32 = 64u;
 
 // Of a ring's cell, relative to the hemisphere's.
 fn projected_share(cell: u32) -> f32 {
-    var ring = window_at(0).rings - 1u;
-    while ring_at(ring).first > cell {
-        ring -= 1u;
-    }
-    return (ring_at(ring).cos2_low - ring_at(ring).cos2_high) / f32(ring_at(ring).bins);
+    let ring = ring_of_bin(0u, window_at(0).rings, cell);
+    return (ring.cos2_low - ring.cos2_high) / f32(ring.bins);
 }
 
 // Whether light that arrives at `position` against `direction` has come through the face of the box.

@@ -1,6 +1,6 @@
 // Windows: their directional bins, points on them, and rays towards them.
 
-import package::generated::{Window, FAR_AWAY, PI, TAU};
+import package::generated::{Ring, Window, FAR_AWAY, PI, TAU};
 import package::shared::bins::{azimuth_bin};
 import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 import package::shared::scene::{ring_at, scene_parts, window_at, window_corner};
@@ -24,14 +24,19 @@ fn window_bin(window: Window, direction: vec3<f32>) -> u32 {
     return window.first_bin + found.first + position;
 }
 
+// The ring of a bin. All neighbours go round as often: one that left early got no numbers on SwiftShader.
+fn ring_of_bin(first_ring: u32, ring_count: u32, bin: u32) -> Ring {
+    var found = first_ring;
+    for (var ring = first_ring + 1u; ring < first_ring + ring_count; ring++) {
+        found = select(found, ring, ring_at(ring).first <= bin);
+    }
+    return ring_at(found);
+}
+
 // Direction of light through bin `bin` (counted within the window), uniform in projected solid
 // angle.
 fn window_bin_direction(window: Window, bin: u32, random: vec2<f32>) -> vec3<f32> {
-    var ring = window.first_ring + window.rings - 1u;
-    while ring_at(ring).first > bin {
-        ring -= 1u;
-    }
-    let r = ring_at(ring);
+    let r = ring_of_bin(window.first_ring, window.rings, bin);
     let cos2 = mix(r.cos2_low, r.cos2_high, random.x);
     let sine = sqrt(max(1.0 - cos2, 0.0));
     let azimuth = TAU * (f32(bin - r.first) + random.y - 0.5) / f32(r.bins);
@@ -40,11 +45,8 @@ fn window_bin_direction(window: Window, bin: u32, random: vec2<f32>) -> vec3<f32
 
 // Projected solid angle of a bin, sr.
 fn projected_solid_angle(first_ring: u32, ring_count: u32, bin: u32) -> f32 {
-    var ring = first_ring + ring_count - 1u;
-    while ring_at(ring).first > bin {
-        ring -= 1u;
-    }
-    return PI * (ring_at(ring).cos2_low - ring_at(ring).cos2_high) / f32(ring_at(ring).bins);
+    let ring = ring_of_bin(first_ring, ring_count, bin);
+    return PI * (ring.cos2_low - ring.cos2_high) / f32(ring.bins);
 }
 
 // Point on a window, uniform in area.

@@ -82,7 +82,7 @@ impl Daylight {
 /// File, text, and the fault put in its place.
 const VIEW_FAULTS: &[(&str, &str, &str)] = &[
     ("light_paths/paths", "let flux = window.area *", "let flux = 1.5 * window.area *"),
-    ("shared/window", "ring_at(ring).cos2_low - ring_at(ring).cos2_high", "ring_at(ring).cos2_low + ring_at(ring).cos2_high"),
+    ("shared/window", "ring.cos2_low - ring.cos2_high", "ring.cos2_low + ring.cos2_high"),
     ("light_paths/paths", "path.flux /= survival;", ""),
     ("light_paths/compact", "light.strength > 0.0 &&", "light.strength > 0.05 &&"),
     ("light_paths/compact", "lights[row * params.room + kept]", "lights[row * params.room]"),
