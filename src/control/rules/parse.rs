@@ -4,7 +4,7 @@ mod signals;
 
 use super::condition::{Condition, Limit};
 use super::signal::{Known, Reading};
-use super::words::{Kind, Word, at, words};
+use super::words::{Kind, Word, at, is_keyword, words};
 use crate::control::State;
 use crate::control::facade::listed;
 use crate::error::{Error, Result};
@@ -43,35 +43,6 @@ const MOST_CLAUSES: usize = 200;
 const DEEPEST: usize = 40;
 /// Minutes of `for` and `keep`.
 const LONGEST: f64 = 7.0 * 1440.0;
-
-/// Words that the language needs.
-const KEYWORDS: [&str; 25] = [
-    "if",
-    "until",
-    "for",
-    "else",
-    "keep",
-    "and",
-    "or",
-    "not",
-    "between",
-    "on",
-    "of",
-    "as",
-    "set",
-    "irradiance",
-    "illuminance",
-    "profile",
-    "altitude",
-    "azimuth",
-    "time",
-    "month",
-    "sun",
-    "sunlit",
-    "dgp",
-    "occupied",
-    "percentile",
-];
 
 impl Rule {
     /// The rule of a group. Names may stand in single or double quotes; those that are words of the language or have blanks
@@ -220,7 +191,7 @@ impl<'w> Parser<'w, '_> {
         let word = self.take();
         let group = &self.known.facade.groups()[self.group];
         let name = match &word.kind {
-            Kind::Word(w) if KEYWORDS.iter().any(|k| k.eq_ignore_ascii_case(w)) && group.state(w).is_err() => {
+            Kind::Word(w) if is_keyword(w) && group.state(w).is_err() => {
                 self.next -= 1;
                 return Err(self.expected("the name of a state"));
             }

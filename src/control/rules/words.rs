@@ -2,6 +2,32 @@
 
 use crate::error::{Error, Result};
 
+/// Words that signals begin with.
+pub(super) const SIGNAL_WORDS: [&str; 14] = [
+    "irradiance",
+    "illuminance",
+    "profile",
+    "altitude",
+    "azimuth",
+    "time",
+    "month",
+    "sun",
+    "sunlit",
+    "mean",
+    "least",
+    "most",
+    "percentile",
+    "dgp",
+];
+/// Words that join.
+pub(super) const JOINING_WORDS: [&str; 14] =
+    ["if", "until", "for", "else", "keep", "and", "or", "not", "between", "on", "of", "as", "set", "occupied"];
+
+/// Whether the language needs a word.
+pub(super) fn is_keyword(word: &str) -> bool {
+    JOINING_WORDS.iter().chain(&SIGNAL_WORDS).any(|k| k.eq_ignore_ascii_case(word))
+}
+
 /// A piece of a rule's text.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {

@@ -3,7 +3,7 @@
 use super::{Parser, placed};
 use crate::control::facade::listed;
 use crate::control::rules::signal::{Signal, Statistic};
-use crate::control::rules::words::{Kind, Word, at};
+use crate::control::rules::words::{Kind, SIGNAL_WORDS, Word, at};
 use crate::error::{Error, Result};
 use crate::text::nearest;
 
@@ -107,25 +107,8 @@ impl Parser<'_, '_> {
                 found.map(Signal::Dgp).ok_or_else(|| unknown(column, "view", &name, self.known.views))
             }
             other => {
-                let words = [
-                    "irradiance",
-                    "illuminance",
-                    "profile",
-                    "altitude",
-                    "azimuth",
-                    "time",
-                    "month",
-                    "occupied",
-                    "sun",
-                    "sunlit",
-                    "mean",
-                    "least",
-                    "most",
-                    "percentile",
-                    "dgp",
-                ];
                 let error = at(word.column, format!("there is no signal {}", word.shown()));
-                Err(match nearest(other, &words) {
+                Err(match nearest(other, &[&SIGNAL_WORDS[..], &["occupied"]].concat()) {
                     Some(near) => error.help(format!("did you mean '{near}'? Signals are {SIGNALS}")),
                     None => error.help(format!("signals are {SIGNALS}")),
                 })
