@@ -19,7 +19,7 @@
 //! `V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun` this equals.
 
 use super::inputs::{Differences, Inputs, ProjectWindow};
-use super::multiply::{Factor, lit_columns, product, select_columns};
+use super::multiply::{Factor, lit_columns, product, put_columns, select_columns};
 use crate::error::Result;
 use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
@@ -126,16 +126,11 @@ impl Light {
                     all: (used.transmission, total),
                     sun: used.is_sunny.then(|| (used.transmission, &daylight.direct[number])),
                 };
-                let part = Self::new(&[light], multiplier, &own, differences)?;
-                for row in 0..total.rows() {
-                    // Where its sun is not traced, X stands in both halves.
-                    let rest = if part.is_split() { total.rows() + row } else { row };
-                    for (&column, lit) in columns.iter().zip(0..) {
-                        right.at_mut(first + row, column).copy_from_slice(part.right.at(row, lit));
-                        if has_suns {
-                            right.at_mut(bins + first + row, column).copy_from_slice(part.right.at(rest, lit));
-                        }
-                    }
+                let mut part = Self::new(&[light], multiplier, &own, differences)?;
+                put_columns(&mut right, first, &columns, &part.right, 0..part.bins);
+                if has_suns {
+                    part.split();
+                    put_columns(&mut right, bins + first, &columns, &part.right, part.bins..2 * part.bins);
                 }
             }
             first += window.bins();

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::kernels::product::{Multiplier, chain};
 use crate::matrix::Matrix;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// A matrix with the name it has in messages.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +63,20 @@ pub fn select_columns(matrix: &Matrix<f32>, columns: &[usize]) -> Matrix<f32> {
         }
     }
     Matrix::from_data(matrix.rows(), columns.len(), matrix.components(), data).expect("one entry per row and column")
+}
+
+/// Puts some rows of a matrix into another, from its row `first` on, each column to the one of this number: what
+/// [`select_columns`] took apart, together again.
+///
+/// # Panics
+/// If a row or column does not exist, or the components differ.
+pub fn put_columns(to: &mut Matrix<f32>, first: usize, columns: &[usize], from: &Matrix<f32>, rows: Range<usize>) {
+    assert_eq!(columns.len(), from.cols(), "a place for each column");
+    for (row, own) in (first..).zip(rows) {
+        for (own_column, &column) in columns.iter().enumerate() {
+            to.at_mut(row, column).copy_from_slice(from.at(own, own_column));
+        }
+    }
 }
 
 /// Checks a list of hours against the columns of the sky matrix.

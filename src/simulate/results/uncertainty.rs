@@ -14,7 +14,7 @@ use crate::matrix::Matrix;
 use crate::simulate::inputs::Differences;
 use crate::simulate::inputs::states::WindowUse;
 use crate::simulate::light::{Light, Skies, without_sun};
-use crate::simulate::multiply::select_columns;
+use crate::simulate::multiply::{put_columns, select_columns};
 use crate::simulate::sampling::chain::Chain;
 use crate::simulate::sampling::estimate::mean_of;
 use rayon::prelude::*;
@@ -153,11 +153,8 @@ impl<'m> Deviations<'m> {
             let of = |sky: &Matrix<f32>| select_columns(sky, &columns);
             let skies = Skies { whole: of(&self.skies.whole), sun: self.skies.sun.as_ref().map(of) };
             let part = self.change_in_use(multiplier, (window, used), replicate, [total, direct], &skies)?;
-            for row in 0..all.rows() {
-                for (&column, own) in columns.iter().zip(0..) {
-                    all.at_mut(row, column).copy_from_slice(part.at(row, own));
-                }
-            }
+            let rows = all.rows();
+            put_columns(&mut all, 0, &columns, &part, 0..rows);
         }
         Ok(all)
     }

@@ -6,7 +6,7 @@ use crate::kernels::product::Multiplier;
 use crate::matrix::Matrix;
 use crate::simulate::inputs::Differences;
 use crate::simulate::light::{Light, Skies, WindowLight};
-use crate::simulate::multiply::{lit_columns, select_columns};
+use crate::simulate::multiply::{lit_columns, put_columns, select_columns};
 use crate::simulate::results::illuminance::illuminance;
 use crate::simulate::store::read_stored;
 use std::borrow::Cow;
@@ -179,12 +179,9 @@ impl Facade {
             if self.has_suns() {
                 part.split();
             }
-            for (column, lit) in part.hours.iter().enumerate() {
-                let Ok(to) = all.hours.binary_search(&steps[*lit]) else { continue };
-                for row in 0..all.right.rows() {
-                    all.right.at_mut(row, to).copy_from_slice(part.right.at(row, column));
-                }
-            }
+            let place = |lit: &usize| all.hours.binary_search(&steps[*lit]).expect("lit among these steps, lit in the year");
+            let columns: Vec<usize> = part.hours.iter().map(place).collect();
+            put_columns(&mut all.right, 0, &columns, &part.right, 0..part.right.rows());
         }
         Ok(all)
     }
