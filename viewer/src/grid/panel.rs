@@ -150,14 +150,15 @@ impl GridPanel {
             let (share, count) = group.map_or((None, 0), |g| spatial_share(&self.autonomy, |s| g.is_of_plan(s)));
             ui.weak("DA300 spatial share").on_hover_text(
                 "Share of the sensors facing up that have 300 lx or more for half of the hours from 8:00 to 18:00. \
-                 No blinds are moved, as LM-83 asks for: it is higher than with them.",
+                 LM-83's blinds are not moved for it.",
             );
             ui.strong(share.map_or("–".to_string(), |s| format!("{:.1} %", s * 100.0)));
             ui.end_row();
             others = group.map_or(0, |g| g.count() - count);
         });
         let mut about =
-            "Occupied: 8:00 to 18:00 standard time, every day. No blinds are moved, so that the spatial share is not LM-83's.".to_string();
+            "Occupied: 8:00 to 18:00 standard time, every day. LM-83's blinds are not moved, so that the spatial share is not its own."
+                .to_string();
         if group.is_some_and(|g| g.directions.is_empty()) {
             about += " Where the sensors face is not known: all count.";
         }
