@@ -6,7 +6,7 @@ mod tables;
 use super::progress;
 use super::view::ViewOptions;
 use clap::ValueEnum;
-use kept::{Kept, Lines};
+use kept::{AnalysedPictures, Lines};
 use lucarne::camera::{Raster, View};
 use lucarne::files;
 use lucarne::glare::statistics::Part;
@@ -164,7 +164,7 @@ pub fn run(args: Args, warnings: &mut Warnings) -> Result<ExitCode> {
         return Err(Error::new("a check picture can be written of one picture only").field("-c").help("give one picture, or leave out -c"));
     }
     let views = Mutex::new(HashMap::new());
-    let kept = args.output.as_deref().map(Kept::open);
+    let kept = args.output.as_deref().map(AnalysedPictures::open);
     let header = if args.illuminance_only { String::new() } else { format!("{HEADER}\n") };
     let mut all = Lines::default();
     // A few pictures at a time bound the memory; results come in the order of the arguments.

@@ -47,7 +47,7 @@ use std::time::Instant;
 /// | `illuminance/SENSORS.mtx`, `.csv` | lux, rows sensors, columns time steps (transposed in the table, which marks sensors without light) |
 /// | `illuminance/SENSORS_standard_error.mtx`, `.csv` | its standard error, lux |
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy, useful daylight, daylight factor and what else metrics count of each sensor, with their standard errors |
-/// | `illuminance/states/GROUP/STATE/SENSORS.mtx`, `SENSORS_direct.mtx` | of windows with states: what each group sends in each, and what of it comes straight from traced suns; `illuminance/states/SENSORS.mtx`: the windows without states. The light of any combination is the sum over the groups |
+/// | `illuminance/states/GROUP/STATE/SENSORS.mtx`, `SENSORS_direct.mtx` | of windows with states: what each group sends in each, and its direct sunlight of traced suns; `illuminance/states/SENSORS.mtx`: the windows without states. The light of any combination is the sum over the groups |
 /// | `control/schedule.csv` | the state of each group in every time step, as `[control]` reads it |
 /// | `metrics/metrics.csv` | named metrics of each group and of all, with error, class, doubts |
 /// | `metrics/hours.csv`, `SENSORS_sensors.csv` | time steps with the diffuse illuminance outdoors and which schedules count them; where sensors are and face |

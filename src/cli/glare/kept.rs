@@ -43,9 +43,9 @@ fn number(bytes: &mut &[u8]) -> Option<u64> {
 }
 
 /// A record beside the output, of the pictures that were analysed.
-pub(super) struct Kept(Journal);
+pub(super) struct AnalysedPictures(Journal);
 
-impl Kept {
+impl AnalysedPictures {
     pub fn open(output: &Path) -> Self {
         let mut name = output.as_os_str().to_os_string();
         name.push(".units");

@@ -37,14 +37,14 @@ fn options() -> CoefficientOptions {
 }
 
 /// The house and what its suns bring, `[sensor][sun]`.
-struct Lit {
+struct SunlitHouse {
     house: House,
     reference: Vec<Vec<[Estimate; 3]>>,
 }
 
 const SAMPLES: usize = 400_000;
 
-impl Lit {
+impl SunlitHouse {
     fn new(bounces: u32) -> Self {
         let mut house = house();
         // Close to a sill, where connections are short.
@@ -98,7 +98,7 @@ impl Lit {
 fn light_paths_of_suns_bring_what_reference_paths_to_them_bring() {
     let Some(device) = Device::for_tests("light paths of suns") else { return };
     for bounces in [4, 2] {
-        let lit = Lit::new(bounces);
+        let lit = SunlitHouse::new(bounces);
         let options = CoefficientOptions { bounces: Some(bounces), ..options() };
         println!("{}", lit.check(&device, &options).unwrap_or_else(|e| panic!("{e}")));
     }
@@ -107,7 +107,7 @@ fn light_paths_of_suns_bring_what_reference_paths_to_them_bring() {
 #[test]
 fn faults_in_the_light_paths_of_suns_are_found_out() {
     let Some(device) = Device::for_tests("faults in the light paths of suns") else { return };
-    let lit = Lit::new(4);
+    let lit = SunlitHouse::new(4);
     println!("{}", lit.check(&device, &options()).unwrap_or_else(|e| panic!("without a fault: {e}")));
     let mut survivors = Vec::new();
     for (path, from, to) in [

@@ -28,7 +28,7 @@ use crate::kernels::view_matrix::mean_and_error;
 use crate::progress::{Progress, cancelled};
 use crate::scene::{Scene, Window};
 use crate::units::ILLUMINANCE_WEIGHTS;
-use behind::Behind;
+use behind::PixelSurfaces;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -162,8 +162,8 @@ pub(crate) fn discs_at_eye(
 }
 
 /// The way to suns between slats.
-fn between<'a>(models: &Models<'a>, tracer: &'a SunTracer<'a>) -> discs::Way<'a> {
-    discs::Way { tracer, filter: &|_, _| [1.0; 3], openings: models.shaded, images: true }
+fn between<'a>(models: &Models<'a>, tracer: &'a SunTracer<'a>) -> discs::Obstructions<'a> {
+    discs::Obstructions { tracer, filter: &|_, _| [1.0; 3], openings: models.shaded, images: true }
 }
 
 impl SunPicture {
@@ -204,7 +204,7 @@ fn between_slats(
     pictures: &mut [Pixels],
 ) -> Result<()> {
     let (windows, options): (Vec<Window>, _) = (models.shaded.iter().map(|(w, _)| w.clone()).collect(), &tracer.options);
-    let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
+    let behind = PixelSurfaces::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
     let batches = options.batches as usize;
     for chunk in tracer.plan(behind.inside.len())?.at_most(MOST_TILE).chunks() {
         progress.update("suns in the picture", chunk.first as f64 / behind.inside.len() as f64);

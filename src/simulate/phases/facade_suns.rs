@@ -6,7 +6,7 @@
 //! A group's sun passes its own shade; the shades of other groups do not stand in its way. Of a façade that never changes
 //! all suns are traced together, as if it had but that state.
 
-use super::sun::{Way, sun_matrix};
+use super::sun::{SunEntry, sun_matrix};
 use crate::control::State;
 use crate::error::Result;
 use crate::kernels::sun_matrix::SunMatrix;
@@ -60,7 +60,7 @@ impl FacadeSuns {
     ///
     /// # Errors
     /// Failures of device and file system, or when stopped.
-    pub fn matrix(&self, context: &Context<'_>, sensors: &[SensorGroup], way: Way, behind: &str) -> Result<(SunMatrix, bool)> {
+    pub fn matrix(&self, context: &Context<'_>, sensors: &[SensorGroup], way: SunEntry, behind: &str) -> Result<(SunMatrix, bool)> {
         if self.combinations.len() < 2 {
             // What suns pass never changes, though T may.
             let inputs = if context.inputs.moves() { &context.inputs.in_states(&self.combinations[0]) } else { context.inputs };
@@ -152,5 +152,5 @@ fn traced(context: &Context<'_>, sensors: &[SensorGroup], suns: &SunSet, open: &
         a.shade == b.shade && inputs(a) == inputs(b)
     };
     let whole = !context.inputs.moves() && context.inputs.windows.iter().zip(&open.windows).all(same);
-    sun_matrix(&Context { inputs: open, ..*context }, sensors, suns, Way::Windows, if whole { "" } else { behind }).map(Some)
+    sun_matrix(&Context { inputs: open, ..*context }, sensors, suns, SunEntry::Windows, if whole { "" } else { behind }).map(Some)
 }

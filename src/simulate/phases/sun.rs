@@ -15,7 +15,7 @@ use crate::simulate::store::fingerprint::Fingerprint;
 
 /// Where the sun comes in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Way {
+pub(crate) enum SunEntry {
     /// By the windows whose sun is traced.
     Windows,
     /// Wherever the scene with its panes leaves it in.
@@ -31,7 +31,7 @@ pub(crate) fn sun_matrix(
     context: &Context<'_>,
     groups: &[SensorGroup],
     suns: &SunSet,
-    way: Way,
+    way: SunEntry,
     behind: &str,
 ) -> Result<(SunMatrix, bool)> {
     let (project, inputs) = (context.project, context.inputs);
@@ -48,9 +48,9 @@ pub(crate) fn sun_matrix(
         fingerprint.add(&(&window.triangles, &window.frame)).add(&pane_options(project));
     }
     // What panes of glass let in, surfaces reflect: by light paths of the suns.
-    let glazed = if way == Way::Anywhere { inputs.glazed() } else { Vec::new() };
+    let glazed = if way == SunEntry::Anywhere { inputs.glazed() } else { Vec::new() };
     let lights = CoefficientOptions { keep_batches: false, ..coefficient_options(project, 0) };
-    if way == Way::Anywhere {
+    if way == SunEntry::Anywhere {
         fingerprint.add(&lights);
         for glazed in &glazed {
             fingerprint.add(&(&glazed.window.triangles, glazed.window.frame.z, glazed.pane));
@@ -71,7 +71,7 @@ pub(crate) fn sun_matrix(
     }
     let scene = black_model(&inputs.scene, inputs.shades());
     let stage = context.store.stage(&format!("C{behind}"), fingerprint, context.progress);
-    let mut matrix = if way == Way::Anywhere {
+    let mut matrix = if way == SunEntry::Anywhere {
         let mut matrix = compute(context.device, &scene, Openings::Anywhere, &sensors, &suns.suns, &options, &stage)?;
         matrix.add(&compute_suns(context.device, &inputs.scene, &glazed, &sensors, &suns.suns, &lights, &stage)?);
         matrix

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// What fills a window.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Filling {
-    /// Scattering data, XML; the first of the window's states, if it has several.
+    /// Scattering data, XML.
     Bsdf(PathBuf),
     /// A clear pane of this visible transmittance at normal incidence.
     Glass(f64),

@@ -33,47 +33,6 @@ pub struct LightOfState {
     pub sun: Option<Matrix<f32>>,
 }
 
-/// What all windows send to all sensors, in every state.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct StateLight {
-    /// `[group][state]`, in the order of the façade's groups and their states.
-    pub groups: Vec<Vec<LightOfState>>,
-    /// Of the windows that have no states, if there are any.
-    pub rest: Option<LightOfState>,
-}
-
-impl StateLight {
-    /// The light of all groups in each of their states, for rules that choose between them.
-    ///
-    /// # Errors
-    /// Failures of device and file system, or when stopped.
-    #[allow(dead_code, reason = "schedules need no light; rules that choose by it do")]
-    pub(crate) fn new(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'_>) -> Result<Self> {
-        let mut all = Self { groups: vec![Vec::new(); context.inputs.facade.groups().len()], rest: None };
-        each_state(context, made, daylight, &mut |whose, light| {
-            match whose {
-                Some((group, _)) => all.groups[group].push(light),
-                None => all.rest = Some(light),
-            }
-            Ok(())
-        })?;
-        Ok(all)
-    }
-
-    /// The illuminance of a combination: a state of each group. `[sensor][step]`, lx.
-    ///
-    /// # Panics
-    /// If there are not as many states as groups, or no such one.
-    pub fn of(&self, states: &[State]) -> Matrix<f32> {
-        assert_eq!(states.len(), self.groups.len(), "a state of each group");
-        let of_groups = self.groups.iter().zip(states).map(|(group, state)| &group[usize::from(*state)].lux);
-        let mut parts = of_groups.chain(self.rest.as_ref().map(|r| &r.lux));
-        let mut sum = parts.next().cloned().unwrap_or_else(|| Matrix::zeros(0, 0, 1));
-        parts.for_each(|part| sum.data_mut().iter_mut().zip(part.data()).for_each(|(sum, v)| *sum += v));
-        sum
-    }
-}
-
 /// Whose light it is: number of group and state, or nothing for the windows without states.
 pub(crate) type Whose = Option<(usize, State)>;
 
@@ -264,7 +223,7 @@ pub(crate) fn write(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'
         let of =
             named.map_or_else(|| "windows without states".to_string(), |(group, state)| format!("windows '{group}' in state '{state}'"));
         let folder = store.states_folder(named)?;
-        for (part, suffix, what) in [(Some(&light.lux), "", "light"), (light.sun.as_ref(), "_direct", "light straight from the sun")] {
+        for (part, suffix, what) in [(Some(&light.lux), "", "light"), (light.sun.as_ref(), "_direct", "direct sunlight")] {
             let Some(part) = part else { continue };
             for (sensors, rows) in inputs.sensors.iter().zip(split(part, &inputs.sensors)) {
                 let about = format!("{what} at {} by {of} in {unit}, rows sensors, columns time steps", sensors.name);

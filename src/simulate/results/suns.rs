@@ -9,7 +9,7 @@ use crate::simulate::context::{Context, Ledger, Traced};
 use crate::simulate::inputs::shade;
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::phases::facade_suns::FacadeSuns;
-use crate::simulate::phases::sun::{Way, write_suns};
+use crate::simulate::phases::sun::{SunEntry, write_suns};
 use crate::simulate::plan::presets::sun_options;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -39,7 +39,7 @@ impl TracedSuns {
         let facade = FacadeSuns::new(inputs, project)?;
         let used = inputs.windows_in_use();
         shade::warn_of_mirrors(used.iter().filter_map(|w| w.shade.as_ref()), warnings);
-        let way = if context.choice.direct { Way::Anywhere } else { Way::Windows };
+        let way = if context.choice.direct { SunEntry::Anywhere } else { SunEntry::Windows };
         let (matrix, traced) = facade.matrix(context, &inputs.sensors, way, "")?;
         write_suns(context, &facade.base)?;
         // Through panes all suns share their cells.

@@ -185,7 +185,7 @@ impl<'s, 'a> State<'s, 'a> {
                 return Ok(());
             }
             let start = *start.get_or_insert(judgement.at_most);
-            let stage = Telling {
+            let stage = StageWithError {
                 whole: progress,
                 told: match target {
                     Some(t) => format!("standard error {:.2} %, target {:.2} %: ", 100.0 * judgement.error, 100.0 * t),
@@ -309,13 +309,13 @@ fn fraction_done(start: f64, now: f64, target: Option<f64>, time: Option<f64>) -
 }
 
 /// Tells the error in front of every stage.
-struct Telling<'a> {
+struct StageWithError<'a> {
     whole: &'a dyn Progress,
     told: String,
     fraction: f64,
 }
 
-impl Progress for Telling<'_> {
+impl Progress for StageWithError<'_> {
     fn update(&self, stage: &str, _fraction: f64) {
         self.whole.update(&format!("{}{stage}", self.told), self.fraction);
     }

@@ -104,7 +104,7 @@ impl Words {
 }
 
 /// A file of suns' pictures with what it was computed from.
-pub struct Kept {
+pub struct StoredSunPictures {
     /// Fingerprint of the inputs.
     pub inputs: String,
     /// The pictures.
@@ -116,7 +116,7 @@ impl SunPictures {
     ///
     /// # Errors
     /// A file that cannot be read, is none of suns' pictures, or is cut off.
-    pub fn open(path: &Path) -> Result<Kept> {
+    pub fn open(path: &Path) -> Result<StoredSunPictures> {
         let fault = |e: std::io::Error| Error::io(path, &e);
         let file = std::fs::File::open(path).map_err(fault)?;
         let end = file.metadata().map_err(fault)?.len();
@@ -128,7 +128,7 @@ impl SunPictures {
         let (inputs, hours, pixels, places) = Self::read_places(&mut words).map_err(fault)?;
         let file = std::fs::File::open(path).map_err(fault)?;
         let inputs = String::from_utf8_lossy(&inputs).into_owned();
-        Ok(Kept { inputs, pictures: Self { path: path.to_path_buf(), file: Mutex::new(file), places, hours, pixels } })
+        Ok(StoredSunPictures { inputs, pictures: Self { path: path.to_path_buf(), file: Mutex::new(file), places, hours, pixels } })
     }
 
     #[allow(clippy::type_complexity, reason = "the parts of a file")]

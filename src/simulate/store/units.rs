@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use std::path::Path;
 
 /// The progress of a stage in an output folder, with what an earlier run finished of it.
-pub(crate) struct Kept<'a> {
+pub(crate) struct KeptStage<'a> {
     whole: &'a dyn Progress,
     journal: Journal,
 }
@@ -18,9 +18,9 @@ const ENDING: &str = "units";
 
 impl Store {
     /// A stage whose units are kept in `matrices/NAME.units`; `inputs` are what they depend on.
-    pub(crate) fn stage<'a>(&self, name: &str, inputs: Fingerprint, whole: &'a dyn Progress) -> Kept<'a> {
+    pub(crate) fn stage<'a>(&self, name: &str, inputs: Fingerprint, whole: &'a dyn Progress) -> KeptStage<'a> {
         let path = self.folder.join("matrices").join(format!("{name}.{ENDING}"));
-        Kept { whole, journal: Journal::open(&path, &inputs.to_string()) }
+        KeptStage { whole, journal: Journal::open(&path, &inputs.to_string()) }
     }
 
     /// Removes the units of stages that are finished, or that this project does not have.
@@ -33,7 +33,7 @@ impl Store {
     }
 }
 
-impl Kept<'_> {
+impl KeptStage<'_> {
     /// The units in their order, for stages that are cut here.
     pub(crate) fn journal(&self) -> &Journal {
         &self.journal
@@ -45,7 +45,7 @@ impl Kept<'_> {
     }
 }
 
-impl Progress for Kept<'_> {
+impl Progress for KeptStage<'_> {
     fn update(&self, stage: &str, fraction: f64) {
         self.whole.update(stage, fraction);
     }

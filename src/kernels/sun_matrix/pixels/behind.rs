@@ -31,7 +31,7 @@ pub(in super::super) const PIXELS: Shader =
     trace::shader("sun_matrix/pixels", &[STRUCTS, &[SunPixelParams::DECLARED, PixelRay::DECLARED, PanePoint::DECLARED]]);
 
 /// Finds what is behind pixels.
-pub(super) struct Behind<'a> {
+pub(super) struct PixelSurfaces<'a> {
     device: &'a Device,
     raster: &'a Raster,
     tables: TraceTables,
@@ -54,7 +54,7 @@ pub(super) struct Found {
     pub facade: Buffer,
 }
 
-impl<'a> Behind<'a> {
+impl<'a> PixelSurfaces<'a> {
     pub fn new(device: &'a Device, lit: &Scene, windows: &[Window], raster: &'a Raster, [batches, seed]: [u32; 2]) -> Result<Self> {
         let tables = TraceTables::new(lit, windows, WindowSurfaces::Open)?;
         Ok(Self {

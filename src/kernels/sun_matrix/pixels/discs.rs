@@ -26,7 +26,7 @@ const RIM: f64 = 0.087;
 const MOST_RAYS: usize = 1 << 20;
 
 /// What stands between the eye and discs.
-pub(super) struct Way<'a> {
+pub(super) struct Obstructions<'a> {
     /// The geometry.
     pub tracer: &'a SunTracer<'a>,
     /// What beside it passes the window along a ray (origin, direction).
@@ -69,7 +69,14 @@ impl Seen {
 }
 
 /// Adds what the eye sees of the discs.
-pub(super) fn add(eye: Eye<'_>, way: &Way<'_>, suns: &[Sun], seed: u32, statistics: &mut TraceStatistics, seen: &mut Seen) -> Result<()> {
+pub(super) fn add(
+    eye: Eye<'_>,
+    way: &Obstructions<'_>,
+    suns: &[Sun],
+    seed: u32,
+    statistics: &mut TraceStatistics,
+    seen: &mut Seen,
+) -> Result<()> {
     let scene = View::new(eye, way, seed);
     let images = if way.images { &way.tracer.images[..] } else { &[] };
     for image in std::iter::once(None).chain(images.iter().map(Some)) {
@@ -150,7 +157,7 @@ struct Place {
 struct View<'a> {
     eye: Eye<'a>,
     camera: &'a Camera,
-    way: &'a Way<'a>,
+    way: &'a Obstructions<'a>,
     /// Shift of each set of points.
     shifts: [[f64; 2]; BATCHES],
     solid_angles: Vec<f64>,
@@ -158,7 +165,7 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(eye: Eye<'a>, way: &'a Way<'a>, seed: u32) -> Self {
+    fn new(eye: Eye<'a>, way: &'a Obstructions<'a>, seed: u32) -> Self {
         let (camera, solid_angles, projected) = match eye {
             Eye::Hemisphere(camera) => (camera, Vec::new(), Vec::new()),
             Eye::Picture(raster) => {

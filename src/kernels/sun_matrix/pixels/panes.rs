@@ -1,7 +1,7 @@
 //! Suns in pictures through panes of scattering data: the panes themselves, and the surfaces of the
 //! room that they light.
 
-use super::behind::Behind;
+use super::behind::PixelSurfaces;
 use super::{Errors, MOST_TILE, Models, Pixels, discs};
 use crate::camera::Raster;
 use crate::error::Result;
@@ -38,12 +38,12 @@ pub(super) fn add(
     let windows: Vec<Window> = models.panes.iter().map(|(w, _)| w.clone()).collect();
     let tracer = SunTracer::new(device, models.black, Openings::Panes(models.panes), &[], suns, options)?;
     let light = PaneLight::new(&tracer)?;
-    let behind = Behind::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
+    let behind = PixelSurfaces::new(device, models.lit, &windows, raster, [options.batches, options.seed])?;
     let batches = options.batches as usize;
     // A view without them has no glare.
     let weights = PixelGeometry::new(raster).map(PixelWeights::new).ok();
     let mut shared = vec![SharedSums::new(weights.as_ref(), batches); suns.len()];
-    let outline = Behind::new(device, models.lit, &windows, raster, [options.batches * OUTLINE as u32, options.seed])?;
+    let outline = PixelSurfaces::new(device, models.lit, &windows, raster, [options.batches * OUTLINE as u32, options.seed])?;
     let sun_chunks = light.as_ref().map(PaneLight::chunks_of_suns).transpose()?;
     let mut rows = tracer.plan(behind.inside.len())?.at_most(MOST_TILE / OUTLINE);
     if let (Some(light), Some(suns)) = (&light, &sun_chunks) {
@@ -111,7 +111,7 @@ pub(super) fn discs(
     let plain = SunOptions { memory: options.memory, ..SunOptions::default() }.direct();
     let tracer = SunTracer::new(device, models.black, Openings::Shaded(&openings), &[], suns, &plain)?;
     let filter = |origin, direction| clear_through(models.panes, origin, direction);
-    let way = discs::Way { tracer: &tracer, filter: &filter, openings: &openings, images: false };
+    let way = discs::Obstructions { tracer: &tracer, filter: &filter, openings: &openings, images: false };
     discs::add(eye, &way, suns, options.seed, statistics, seen)
 }
 

@@ -76,7 +76,8 @@ impl Look {
         }
         let finest = grids(cells).len() - 1;
         let look = |time: u64| -> Vec<Vec<Vec<f64>>> {
-            let behind: Vec<Behind> = (0..inputs.windows.len()).map(|w| Behind::new(&surroundings, inputs, (w, time), cells)).collect();
+            let behind: Vec<LightBehindWindow> =
+                (0..inputs.windows.len()).map(|w| LightBehindWindow::new(&surroundings, inputs, (w, time), cells)).collect();
             receivers.par_iter().enumerate().map(|(i, sensor)| surroundings.light(sensor, 2 * i as u64 + time, &behind)).collect()
         };
         let seen = [look(0), look(1)];
@@ -237,7 +238,7 @@ impl Surroundings {
     }
 
     /// Light at a receiver from each window with each of its divisions, lx.
-    fn light(&self, sensor: &Sensor, seed: u64, behind: &[Behind]) -> Vec<Vec<f64>> {
+    fn light(&self, sensor: &Sensor, seed: u64, behind: &[LightBehindWindow]) -> Vec<Vec<f64>> {
         let mut sums: Vec<Vec<f64>> = behind.iter().map(|b| vec![0.0; b.light.len()]).collect();
         let mut random = Random(seed ^ 0x7061_7274);
         let normal = sensor.direction.normalize_or(DVec3::Z);
@@ -272,7 +273,7 @@ impl Surroundings {
         weight: f64,
         points: Option<usize>,
         random: &mut Random,
-        behind: &[Behind],
+        behind: &[LightBehindWindow],
         sums: &mut [Vec<f64>],
     ) {
         for ((opening, behind), sums) in self.openings.iter().zip(behind).zip(sums) {
@@ -298,7 +299,7 @@ impl Surroundings {
 }
 
 /// Light behind a window: luminance in the directions of its bins.
-struct Behind {
+struct LightBehindWindow {
     cells: usize,
     low: DVec2,
     size: DVec2,
@@ -308,7 +309,7 @@ struct Behind {
     bins: usize,
 }
 
-impl Behind {
+impl LightBehindWindow {
     /// `time`: which of several looks it is for.
     fn new(surroundings: &Surroundings, inputs: &Inputs, (number, time): (usize, u64), cells: usize) -> Self {
         let opening = &surroundings.openings[number];

@@ -3,7 +3,7 @@
 use super::eyes::{Eye, Eyes, ImagelessSources, frame_of};
 use super::sunlight::SunLight;
 use super::tables::Hour;
-use super::{GlareJob, Lit, State};
+use super::{GlareJob, LitHours, State};
 use crate::control::State as StateNumber;
 use crate::error::Result;
 use crate::glare::geometry::ViewFrame;
@@ -27,7 +27,7 @@ impl GlareJob<'_> {
         view: &ViewSection,
         (eyes, number): (&Eyes, usize),
         states: &[State<'_>],
-        lit: &Lit,
+        lit: &LitHours,
         statistics: &mut TraceStatistics,
     ) -> Result<Vec<Vec<Hour>>> {
         let camera = *view.raster()?.camera();
@@ -52,7 +52,7 @@ impl GlareJob<'_> {
         eye: &Eye<'_>,
         state: &State<'_>,
         suns: Option<&SunLight<'_>>,
-        lit: &Lit,
+        lit: &LitHours,
     ) -> Result<Vec<Hour>> {
         if section.method != GlareMethod::Imageless {
             let all: Vec<usize> = (0..lit.hours.len()).collect();
@@ -74,7 +74,14 @@ impl GlareJob<'_> {
     }
 
     /// The sky's patches as sources, seen through windows that do not move.
-    fn sources(&self, frame: &ViewFrame, eye: &Eye<'_>, inputs: &Inputs, lit: &Lit, section: &GlareSection) -> Result<ImagelessSources> {
+    fn sources(
+        &self,
+        frame: &ViewFrame,
+        eye: &Eye<'_>,
+        inputs: &Inputs,
+        lit: &LitHours,
+        section: &GlareSection,
+    ) -> Result<ImagelessSources> {
         let daylight = Daylight { total: self.daylight, direct: self.daylight_direct };
         let transmissions = inputs.transmissions();
         let lights = WindowLight::of(inputs, &transmissions, daylight);
@@ -96,7 +103,7 @@ impl GlareJob<'_> {
         state: &State<'_>,
         sources: Option<&ImagelessSources>,
         suns: Option<&SunLight<'_>>,
-        (lit, columns): (&Lit, &[usize]),
+        (lit, columns): (&LitHours, &[usize]),
     ) -> Result<Vec<Hour>> {
         let lux = eye.illuminance(&state.light);
         let noise = self.noise(state, lit, Some(*eye));

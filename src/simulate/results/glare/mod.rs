@@ -47,7 +47,7 @@ use crate::simulate::light::{Daylight, Light};
 use crate::simulate::multiply::{lit_columns, select_columns};
 use crate::simulate::phases::facade_suns::FacadeSuns;
 use crate::simulate::phases::pixels::ViewJob;
-use crate::simulate::phases::sun::Way;
+use crate::simulate::phases::sun::SunEntry;
 use crate::simulate::phases::sun_pixels::{Shown, sun_pictures};
 use crate::simulate::plan::presets::{daylight_options, image_options, rounds, view_options};
 use crate::simulate::project::given::GivenPictures;
@@ -123,7 +123,7 @@ impl State<'_> {
 }
 
 /// The hours that are computed: lit ones.
-struct Lit {
+struct LitHours {
     /// Numbers in the year.
     hours: Vec<usize>,
     sky: Matrix<f32>,
@@ -140,7 +140,7 @@ impl GlareJob<'_> {
         let skies = self.made.skies;
         let hours = lit_columns(&skies.whole);
         let suns = skies.sun.as_ref().map(|sun| select_columns(sun, &hours));
-        let lit = Lit { sky: select_columns(&skies.whole, &hours), hours, suns };
+        let lit = LitHours { sky: select_columns(&skies.whole, &hours), hours, suns };
         let eyes = if section.method == GlareMethod::Image { None } else { Some(self.eyes(statistics)?) };
         if section.method == GlareMethod::Edgps {
             for view in &self.context.project.views {
@@ -235,7 +235,7 @@ impl GlareJob<'_> {
                 let sensors = project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
                 let group = SensorGroup { name: "glare_eyes".into(), file: project.file.clone(), sensors, view: None, sun: None };
                 let context = Context { inputs: &state.inputs, ..self.context };
-                let (matrix, traced) = suns.matrix(&context, &[group], Way::Windows, &state.behind())?;
+                let (matrix, traced) = suns.matrix(&context, &[group], SunEntry::Windows, &state.behind())?;
                 if traced {
                     statistics.add(matrix.statistics);
                 }
@@ -299,7 +299,7 @@ impl GlareJob<'_> {
         detector: &dyn crate::kernels::glare::Detector,
         eyes: Option<(&Eyes, usize)>,
         states: &[State<'_>],
-        lit: &Lit,
+        lit: &LitHours,
         (statistics, progress): (&mut TraceStatistics, &dyn Progress),
     ) -> Result<Vec<Vec<Hour>>> {
         let name = if eyes.is_some() { windows_only_name(view) } else { view.name.clone() };
@@ -348,7 +348,7 @@ impl GlareJob<'_> {
         Ok(all)
     }
 
-    fn noise<'n>(&'n self, state: &'n State<'_>, lit: &'n Lit, eye: Option<Eye<'n>>) -> MatrixNoise<'n> {
+    fn noise<'n>(&'n self, state: &'n State<'_>, lit: &'n LitHours, eye: Option<Eye<'n>>) -> MatrixNoise<'n> {
         let suns = lit.suns.as_ref().map(|patches| SunNoise {
             patches,
             hours: &lit.hours,

@@ -11,12 +11,12 @@ use crate::units::ILLUMINANCE_WEIGHTS;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// How much to sample: batches; points of each window straight from the receiver; paths into the room, and points that each
+/// How much to sample: batches; points of each window seen directly from the receiver; paths into the room, and points that each
 /// of their reflections is connected to.
 #[derive(Clone, Copy)]
 pub struct Samples {
     pub batches: u64,
-    pub straight: usize,
+    pub direct: usize,
     pub paths: usize,
     pub points: usize,
 }
@@ -55,7 +55,7 @@ pub fn light(project: &Project, inputs: &Inputs, sensors: &[Sensor], samples: Sa
 impl Truth<'_> {
     fn batch(&self, sensor: &Sensor, mut random: Random, samples: Samples) -> f64 {
         let normal = sensor.direction.normalize();
-        let mut light = self.connected(sensor.position, normal, samples.straight, &mut random);
+        let mut light = self.connected(sensor.position, normal, samples.direct, &mut random);
         for _ in 0..samples.paths {
             let (mut origin, mut direction, mut weight) = (sensor.position, random.cosine_direction(normal), 1.0);
             for _ in 0..24 {
@@ -75,7 +75,7 @@ impl Truth<'_> {
         light
     }
 
-    /// Irradiance of a point straight from all windows.
+    /// Irradiance of a point directly from all windows.
     fn connected(&self, origin: DVec3, normal: DVec3, points: usize, random: &mut Random) -> f64 {
         let mut light = 0.0;
         for (number, opening) in self.around.openings.iter().enumerate() {

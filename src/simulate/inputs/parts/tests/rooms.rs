@@ -65,7 +65,7 @@ fn parts_that_a_look_chooses_take_away_the_error_of_averages() {
         let foretold = errors_of_wholes(&plan.project, &plan.inputs).into_iter().flatten().fold(0.0, f64::max);
         let look = clock.elapsed().as_secs_f64();
         let clock = Instant::now();
-        let samples = truth::Samples { batches: 16, straight: 4096, paths: 2048, points: 1 };
+        let samples = truth::Samples { batches: 16, direct: 4096, paths: 2048, points: 1 };
         let wanted = truth::light(&plan.project, &plan.inputs, &plan.inputs.all_sensors(), samples);
         let truth = clock.elapsed().as_secs_f64();
         let whole = found(&device, folder.path(), around, toml::Value::Integer(1), &wanted);
