@@ -45,6 +45,9 @@ pub(crate) const COVERING_PAIRS: usize = 1 << 32;
 /// Nodes and instances of a glTF scene, each counted as often as it appears.
 pub(crate) const NODES: usize = 1 << 20;
 
+/// Bytes of a Honeybee model: read, it takes some seven times as much memory.
+pub(crate) const MODEL_BYTES: u64 = 256 << 20;
+
 /// Vertices of a glTF scene, each counted as often as it appears.
 pub(crate) const VERTICES: usize = 3 * TRIANGLES;
 

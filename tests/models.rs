@@ -97,3 +97,37 @@ fn a_model_runs_as_it_is() {
         assert!(lit >= 8, "{name}: {lit} hours");
     }
 }
+
+#[test]
+fn a_model_gives_the_light_of_all_states_of_its_groups() {
+    if !testing::has_device(env!("CARGO_BIN_EXE_lucarne")) {
+        return;
+    }
+    let folder = folder();
+    let run = |name: &str, more: &str| {
+        let project = format!(
+            "[weather]\nfile = \"day.wea\"\n[scene]\nmodel = \"{}\"\n[method]\nbounces = 2\nphases = 3\n[quality]\npreset = \"draft\"\n{more}",
+            model().display()
+        );
+        fs::write(folder.path().join(format!("{name}.toml")), project).unwrap();
+        let run = lucarne(folder.path(), &["run", &format!("{name}.toml"), "-o", name]);
+        assert!(run.status.success(), "{}", text(&run.stderr));
+        text(&run.stderr)
+    };
+    let said = run("out", "");
+    assert!(said.contains("nothing decides the state of the windows 'facade'"), "{said}");
+    for state in ["0_facade", "1_facade"] {
+        for sensors in ["Workplane", "Corridor"] {
+            let file = folder.path().join(format!("out/illuminance/states/facade/{state}/{sensors}.mtx"));
+            assert!(file.is_file(), "{}", file.display());
+        }
+    }
+    // A schedule of a state that stays: darker panes, less light at each sensor that sees them.
+    run("dark", "[control]\nfacade = \"1_facade\"\n");
+    let sum = |name: &str| -> f64 {
+        let table = fs::read_to_string(folder.path().join(name).join("illuminance/Workplane.csv")).unwrap();
+        table.lines().skip(1).flat_map(|l| l.split(',').skip(3)).filter_map(|v| v.trim().parse::<f64>().ok()).sum()
+    };
+    let (open, dark) = (sum("out"), sum("dark"));
+    assert!(dark > 0.3 * open && dark < 0.95 * open, "{open} {dark}");
+}

@@ -95,7 +95,8 @@ impl SceneInfo {
                             ModelGlazing::Glass(pane) => describe(&pane.material()),
                             ModelGlazing::Bsdf(data) => format!("BSDF {}", data.display()),
                         };
-                        windows.push((w.window.clone(), w.apertures.len(), format!("{}, {glazing}", w.modifier)));
+                        let states = if w.states.is_empty() { String::new() } else { format!(", the first of {} states", w.states.len()) };
+                        windows.push((w.window.clone(), w.apertures.len(), format!("{}, {glazing}{states}", w.modifier)));
                     }
                     sensors.extend(model.sensors.iter().map(|g| (g.name.clone(), g.sensors.len())));
                     views.extend(model.views.iter().map(|v| v.name.clone()));
@@ -164,10 +165,11 @@ impl SceneInfo {
         let mut doubts = Vec::new();
         let median = self.edges.median_length;
         if !unit_is_known && median > LIKE_INCHES {
-            let unit = if median > LIKE_MILLIMETRES { "millimetres" } else { "inches or centimetres" };
-            doubts.push(format!(
-                "half of all edges are longer than {median:.0}: lengths look like {unit}; metres are wanted (!xform -s 0.001 room.rad)"
-            ));
+            let (unit, scales) = match median > LIKE_MILLIMETRES {
+                true => ("millimetres", "!xform -s 0.001 room.rad"),
+                false => ("inches or centimetres", "!xform -s 0.0254 room.rad, or -s 0.01"),
+            };
+            doubts.push(format!("half of all edges are longer than {median:.0}: lengths look like {unit}; metres are wanted ({scales})"));
         }
         if self.edges.open > 0 {
             let names: Vec<String> =
@@ -233,9 +235,33 @@ fn describe(kind: &MaterialKind) -> String {
     }
 }
 
-/// Surfaces with the same corners.
+/// Corners nearer than this part of the scene's farthest coordinate are the same place.
+const SAME_PLACE: f64 = 1e-7;
+
+/// Surfaces of different materials in the same place, of which chance decides which a ray meets: their number, and the
+/// first two.
+pub(crate) fn contradictions(scene: &Scene) -> (usize, Option<[SurfaceOrigin; 2]>) {
+    if scene.triangles.iter().any(|t| t.surface as usize >= scene.surfaces.len()) {
+        return (0, None);
+    }
+    let mut materials = vec![None; scene.surfaces.len()];
+    scene.triangles.iter().for_each(|t| materials[t.surface as usize] = Some(t.material));
+    let kind = |i: usize| materials[i].map(|m: MaterialIndex| scene.material(m).kind);
+    let size = scene.triangles.iter().flat_map(|t| t.vertices).fold(0.0, |most: f64, v| most.max(v.abs().max_element()));
+    let tolerance = (SAME_PLACE * size).max(f64::MIN_POSITIVE);
+    let pairs = doubled_surfaces(&scene.triangles, scene.surfaces.len(), tolerance);
+    let differ: Vec<[usize; 2]> = pairs.into_iter().filter(|[a, b]| kind(*a) != kind(*b)).collect();
+    (differ.len(), differ.first().map(|pair| pair.map(|i| scene.surfaces[i].clone())))
+}
+
+/// Names of surfaces with the same corners.
 fn doubled(triangles: &[Triangle], surfaces: &[SurfaceOrigin], tolerance: f64) -> Vec<[String; 2]> {
-    let mut corners: Vec<Vec<[i64; 3]>> = vec![Vec::new(); surfaces.len()];
+    doubled_surfaces(triangles, surfaces.len(), tolerance).into_iter().map(|pair| pair.map(|i| surfaces[i].name.clone())).collect()
+}
+
+/// Numbers of surfaces with the same corners.
+fn doubled_surfaces(triangles: &[Triangle], surfaces: usize, tolerance: f64) -> Vec<[usize; 2]> {
+    let mut corners: Vec<Vec<[i64; 3]>> = vec![Vec::new(); surfaces];
     for t in triangles {
         let rounded = t.vertices.map(|v: DVec3| v.to_array().map(|c| (c / tolerance).round() as i64));
         corners[t.surface as usize].extend(rounded);
@@ -246,7 +272,7 @@ fn doubled(triangles: &[Triangle], surfaces: &[SurfaceOrigin], tolerance: f64) -
         key.sort_unstable();
         key.dedup();
         match seen.get(&key) {
-            Some(first) => found.push([surfaces[*first].name.clone(), surfaces[i].name.clone()]),
+            Some(first) => found.push([*first, i]),
             None => _ = seen.insert(key, i),
         }
     }

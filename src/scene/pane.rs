@@ -93,6 +93,8 @@ pub struct GlazedWindow {
 /// the sum over all internal reflections, both polarisations averaged. `transmissivity` is that of the
 /// material for one pass at normal incidence.
 pub(crate) fn glass_pane(transmissivity: [f64; 3], refraction_index: f64, cosine: f64) -> ([f64; 3], [f64; 3]) {
+    // Along the pane the series of reflections has no sum where nothing is absorbed.
+    let cosine = cosine.max(1e-6);
     let sin_in = (1.0 - cosine * cosine).max(0.0).sqrt();
     let cos_out = (1.0 - (sin_in / refraction_index).powi(2)).sqrt();
     let rs = ((cosine - refraction_index * cos_out) / (cosine + refraction_index * cos_out)).powi(2);

@@ -10,7 +10,11 @@
 //! orientation, modifier and dynamic group. Their names: the dynamic group's, the aperture's if it is alone, else
 //! where they look (`south`, `south-2`). Normals point into the room, whichever way the model has them.
 //!
-//! **Units** become metres. **States** of dynamic groups: the first counts, and a warning names the groups.
+//! **Units** become metres.
+//!
+//! **Dynamic groups** of apertures and doors are windows with states, if each state is a Glass, a BSDF, opaque or void,
+//! and the shades of a state are those of all or belong to a BSDF ([`ModelSun`]). Of other groups, and of groups of
+//! shades, the first state counts, and a warning names them.
 //!
 //! Scattering data have their front outside, as WINDOW writes them; in the static scene of honeybee-radiance, where
 //! the polygon looks outside, Radiance turns them round, and a warning says so.
@@ -26,22 +30,25 @@ mod geometry;
 mod json;
 mod modifiers;
 mod reader;
+mod states;
 mod windows;
 
 pub use assets::ModelView;
 pub(crate) use modifiers::basis_of;
+pub use states::{ModelGlazing, ModelState, ModelSun};
+pub use windows::ModelWindow;
 pub(crate) use windows::unique as unique_name;
-pub use windows::{ModelGlazing, ModelWindow};
 
 use super::Scene;
 use super::points::SensorGrid;
 use crate::error::{Error, Result, Warnings};
-use crate::{files, text};
+use crate::{files, limits, text};
 use json::Node;
 use modifiers::Modifiers;
 use reader::Reader;
 use serde_json::Value;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -75,6 +82,31 @@ thread_local! {
     static LAST: RefCell<Option<(PathBuf, blake3::Hash, Rc<Model>, Warnings)>> = const { RefCell::new(None) };
 }
 
+/// The part of a model, `model.hbjson#part`, that suns are traced through in a state of a window; in the only one, if the
+/// state has no name.
+pub(crate) fn sun_part(window: &str, state: &str) -> String {
+    format!("{window}/{state}")
+}
+
+/// What suns are traced through in such a part, if they are surfaces.
+///
+/// # Errors
+/// As [`read`], and if there is no such part.
+pub(crate) fn read_sun_part(file: &Path, part: &str, warnings: &mut Warnings) -> Result<Scene> {
+    let model = read(file, warnings)?;
+    let suns = model.windows.iter().flat_map(|w| {
+        let of_states = w.states.iter().map(|s| (sun_part(&w.window.name, &s.name), &s.sun));
+        of_states.chain([(sun_part(&w.window.name, ""), &w.sun)])
+    });
+    let found = suns.filter(|(name, _)| name == part).find_map(|(_, sun)| match sun {
+        Some(ModelSun::Shade(scene)) => Some(scene.clone()),
+        _ => None,
+    });
+    found.ok_or_else(|| {
+        Error::new(format!("the model has no shades '{part}'")).file(file).help("a shade is a file of its own, shade = \"slats.rad\"")
+    })
+}
+
 /// Reads a model, or the Radiance folder that honeybee-radiance wrote of one: there an opaque polygon of `aperture/` is
 /// a door, fronts look outside, and lengths are metres.
 ///
@@ -84,6 +116,7 @@ pub fn read(file: &Path, warnings: &mut Warnings) -> Result<Rc<Model>> {
     if file.is_dir() {
         return folder::read(file, warnings).map(Rc::new);
     }
+    check_bytes(std::fs::metadata(file).map_err(|e| Error::io(file, &e))?.len()).map_err(|e| e.file(file))?;
     let bytes = files::read(file)?;
     let hash = blake3::hash(&bytes);
     let told = |found: &Warnings, warnings: &mut Warnings| found.iter().for_each(|w| warnings.push(w.clone()));
@@ -103,6 +136,14 @@ pub fn read(file: &Path, warnings: &mut Warnings) -> Result<Rc<Model>> {
     Ok(model)
 }
 
+fn check_bytes(bytes: u64) -> Result<()> {
+    if bytes <= limits::MODEL_BYTES {
+        return Ok(());
+    }
+    let text = format!("this model has {} MiB; more than {} MiB are not read", bytes >> 20, limits::MODEL_BYTES >> 20);
+    Err(Error::new(text).help("take the model apart by rooms or storeys, or write it for Radiance and give that folder: honeybee-radiance translate model-to-rad-folder model.hbjson"))
+}
+
 fn read_bytes(bytes: &[u8], file: &Path, warnings: &mut Warnings) -> Result<Model> {
     if file.extension().is_some_and(|e| e.eq_ignore_ascii_case("hbpkl")) {
         return Err(Error::new("this is a pickled Honeybee model, which only Python can open")
@@ -118,11 +159,12 @@ fn read_bytes(bytes: &[u8], file: &Path, warnings: &mut Warnings) -> Result<Mode
     let modifiers = Modifiers::read(&model, file, scale)?;
     let mut reader = Reader::new(file, modifiers, scale, tolerance, warnings);
     reader.model(&model)?;
-    let Reader { scene, openings, groups, .. } = reader;
+    let Reader { scene, mut openings, groups, shade_groups, first_only, .. } = reader;
+    states::settle(&mut openings, &groups, &first_only, file, warnings);
     let windows = windows::group(openings, tolerance, warnings)?;
     let (sensors, views) = assets::read(&model, scale, file, warnings)?;
-    let groups: Vec<(String, usize)> = groups.into_iter().collect();
-    told_groups(&groups, file, warnings);
+    told_shades(&shade_groups, file, warnings);
+    let groups = all_groups(groups, shade_groups);
     check_size(&scene, &model, file, warnings);
     if let Some(north) = model.number("north_angle")?.filter(|a| *a != 0.0) {
         let told = format!("the north angle of {north}° that this model of an old version has is not obeyed: +y is north");
@@ -131,12 +173,21 @@ fn read_bytes(bytes: &[u8], file: &Path, warnings: &mut Warnings) -> Result<Mode
     Ok(Model { scene, windows, sensors, views, groups })
 }
 
-/// Names the groups whose other states do not count.
-fn told_groups(groups: &[(String, usize)], file: &Path, warnings: &mut Warnings) {
-    let changing: Vec<String> = groups.iter().filter(|(_, n)| *n > 1).map(|(name, n)| format!("'{name}' ({n} states)")).collect();
+/// Groups of windows and shades together, with the number of their states.
+fn all_groups(mut groups: BTreeMap<String, usize>, shades: BTreeMap<String, usize>) -> Vec<(String, usize)> {
+    for (name, count) in shades {
+        let most = groups.entry(name).or_default();
+        *most = (*most).max(count);
+    }
+    groups.into_iter().collect()
+}
+
+/// Names the groups of shades, whose other states do not count.
+fn told_shades(groups: &BTreeMap<String, usize>, file: &Path, warnings: &mut Warnings) {
+    let changing: Vec<String> = groups.iter().filter(|(_, n)| **n > 1).map(|(name, n)| format!("'{name}' ({n} states)")).collect();
     if !changing.is_empty() {
-        let told = format!("dynamic groups count in their first state: {}", changing.join(", "));
-        let help = "for the other states give the windows their BSDFs in a project: [[window]] states = [\"a.xml\", \"b.xml\"]";
+        let told = format!("dynamic groups of shades count in their first state: {}", changing.join(", "));
+        let help = "run the model once for each state; shades that only a window needs may be part of the window's states, with a BSDF";
         warnings.push(Error::new(told).file(file).help(help));
     }
 }

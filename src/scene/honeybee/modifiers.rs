@@ -36,6 +36,13 @@ pub(super) struct Modifier {
     pub kind: Kind,
 }
 
+impl Modifier {
+    /// Up vector and basis of scattering data.
+    pub fn directions(&self) -> Option<(DVec3, &'static str)> {
+        if let Kind::Bsdf { up, basis, .. } = self.kind { Some((up, basis)) } else { None }
+    }
+}
+
 /// Where a surface stands, which says what its modifier is if it has none of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
@@ -222,7 +229,7 @@ impl<'a> Modifiers<'a> {
     }
 
     fn make(&self, node: &Node<'a>, warnings: &mut Warnings) -> Result<Modifier> {
-        let kind = match node.required_text("type")? {
+        let kind = match kind_of(node)? {
             "Void" => Kind::Material(MaterialKind::Void),
             "BSDF" | "aBSDF" => {
                 if node.text("bsdf_data")?.is_none_or(|data| !data.contains('<')) {
@@ -277,12 +284,22 @@ pub(super) fn radiance<'a>(object: &Node<'a>) -> Result<Option<Node<'a>>> {
     }
 }
 
+/// Types of modifiers that are known.
+const KINDS: [&str; 10] = ["Plastic", "Metal", "Trans", "Glass", "BSDF", "aBSDF", "Mirror", "Light", "Glow", "Void"];
+
+/// The type of a modifier. Schemas of version 1 have some in small letters.
+fn kind_of<'a>(node: &Node<'a>) -> Result<&'a str> {
+    let kind = node.required_text("type")?;
+    Ok(KINDS.into_iter().find(|known| known.eq_ignore_ascii_case(kind)).unwrap_or(kind))
+}
+
 /// The definition of a material as a `.rad` file has it, after those it depends on. Blanks that the schema allows
 /// nowhere would end a name.
 fn definition(node: &Node<'_>, text: &mut String) -> Result<()> {
     let name = node.identifier()?.replace(char::is_whitespace, "_");
     if let Some(own) = node.object("modifier")?
-        && own.text("type")?.is_some_and(|t| t != "Void")
+        && own.get("type").is_some()
+        && kind_of(&own)? != "Void"
     {
         let what = own.required_text("type")?;
         return Err(node
@@ -294,7 +311,7 @@ fn definition(node: &Node<'_>, text: &mut String) -> Result<()> {
         Ok(format!("{} {} {}", value("r")?, value("g")?, value("b")?))
     };
     let number = |key: &str, default: f64| -> Result<f64> { Ok(node.number(key)?.unwrap_or(default)) };
-    let kind = node.required_text("type")?;
+    let kind = kind_of(node)?;
     let (word, strings, reals) = match kind {
         "Plastic" => (
             "plastic",
@@ -317,7 +334,7 @@ fn definition(node: &Node<'_>, text: &mut String) -> Result<()> {
         },
         "Mirror" => {
             let strings = match node.object("alternate_material")? {
-                Some(other) if other.text("type")? == Some("Void") => "1 void".to_string(),
+                Some(other) if kind_of(&other)? == "Void" => "1 void".to_string(),
                 Some(other) => {
                     definition(&other, text)?;
                     format!("1 {}", other.identifier()?.replace(char::is_whitespace, "_"))

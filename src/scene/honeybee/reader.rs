@@ -1,11 +1,13 @@
 //! Rooms, faces, apertures, doors and shades of a model as surfaces and openings.
 
 mod doubles;
+mod dynamic;
 
 use super::geometry::{Face3d, mesh};
 use super::json::Node;
-use super::modifiers::{Kind, Modifier, Modifiers, Role, radiance};
-use super::windows::{Opening, RoomSolid};
+use super::modifiers::{Kind, Modifier, Modifiers, Role};
+use super::states::{self, Fate, Opening, OpeningState};
+use super::windows::RoomSolid;
 use crate::error::{Error, Result, Warnings};
 use crate::limits;
 use crate::scene::polygon::triangulate;
@@ -36,8 +38,12 @@ pub(super) struct Reader<'a, 'w> {
     adjacencies: Vec<(String, String)>,
     /// Outer faces by their corners: where there are two, rooms share an unsolved wall.
     outlines: HashMap<Vec<[i64; 3]>, String>,
-    /// Dynamic groups with their most states.
+    /// Dynamic groups of apertures and doors with their most states.
     pub groups: BTreeMap<String, usize>,
+    /// The same of shades.
+    pub shade_groups: BTreeMap<String, usize>,
+    /// Groups that cannot change their states: an object, and why.
+    pub first_only: BTreeMap<String, (String, String)>,
 }
 
 /// What surfaces inherit from those that hold them.
@@ -66,6 +72,8 @@ impl<'a, 'w> Reader<'a, 'w> {
             adjacencies: Vec::new(),
             outlines: HashMap::new(),
             groups: BTreeMap::new(),
+            shade_groups: BTreeMap::new(),
+            first_only: BTreeMap::new(),
         }
     }
 
@@ -191,7 +199,7 @@ impl<'a, 'w> Reader<'a, 'w> {
                 // As honeybee-radiance: the second side of a wall between rooms stands a little within its own room.
                 punched = punched.moved(-2.0 * self.tolerance * outline.normal());
             }
-            self.part_of_a_wall(face, &punched, modifier, outdoors, None)?;
+            self.part_of_a_wall(face, &punched, modifier, outdoors, Vec::new())?;
         }
         self.shades(face, set)?;
         Ok(outline)
@@ -220,7 +228,7 @@ impl<'a, 'w> Reader<'a, 'w> {
             true => Role::Door { outdoors, glass: node.boolean("is_glass", false)?, in_wall },
             false => Role::Aperture { outdoors, operable: node.boolean("is_operable", false)?, in_wall },
         };
-        let (modifier, group) = self.in_first_state(node, parent.set, role)?;
+        let (modifier, states) = self.states(node, parent.set, role)?;
         // Of an interior opening the side that comes first counts, whether or not its face names the other.
         let again = !outdoors && (parent.second || (of_face.is_none() && self.interior.contains(node.identifier()?)));
         if let (Some(partner), false) = (partner, outdoors) {
@@ -229,19 +237,34 @@ impl<'a, 'w> Reader<'a, 'w> {
         if again {
             return Ok(outline);
         }
-        self.part_of_a_wall(node, &outline, modifier, outdoors, group)?;
+        self.part_of_a_wall(node, &outline, modifier, outdoors, states)?;
         Ok(outline)
     }
 
-    /// A face, aperture or door: an opening if it lets light in from outside, whatever it is called.
+    /// A face, aperture or door: an opening if it lets light in from outside, whatever it is called. `states` has those of
+    /// an object of a dynamic group.
     fn part_of_a_wall(
         &mut self,
         node: &Node<'a>,
         face: &Face3d,
         modifier: Rc<Modifier>,
         outdoors: bool,
-        group: Option<String>,
+        states: Vec<OpeningState>,
     ) -> Result<()> {
+        let group = self.group_of(node)?;
+        if let Some(group) = group.clone().filter(|_| !states.is_empty()) {
+            match states::judge(&states, !outdoors) {
+                Fate::Moves => return self.opening(node, face, Some(group), states),
+                Fate::Stays => {}
+                Fate::FirstOnly(why) => {
+                    self.first_only.entry(group.clone()).or_insert((node.identifier()?.to_string(), why));
+                }
+            }
+            if outdoors && matches!(modifier.kind, Kind::Bsdf { .. }) {
+                return self.opening(node, face, Some(group), states[..1].to_vec());
+            }
+            self.state_shades(states[0].shades_of_scene())?;
+        }
         let light = match &modifier.kind {
             Kind::Bsdf { .. } | Kind::Material(MaterialKind::Glass { .. }) => None,
             Kind::Material(MaterialKind::Trans { .. }) => Some("a trans"),
@@ -261,11 +284,17 @@ impl<'a, 'w> Reader<'a, 'w> {
         if !outdoors || light.is_some() {
             return self.surface(node, face, &modifier);
         }
+        let states = vec![OpeningState { modifier, direct: None, shades: Vec::new() }];
+        self.opening(node, face, group, states)
+    }
+
+    fn opening(&mut self, node: &Node<'a>, face: &Face3d, group: Option<String>, states: Vec<OpeningState>) -> Result<()> {
         if face.triangles().triangles.is_empty() {
             self.warn(node.error("it has no area and is left out").help("remove it"));
             return Ok(());
         }
-        self.openings.push(Opening { face: face.clone(), modifier, group, origin: self.origin(node)? });
+        self.state_shades(states[0].shades_of_scene())?;
+        self.openings.push(Opening { face: face.clone(), group, states, origin: self.origin(node)? });
         Ok(())
     }
 
@@ -280,7 +309,8 @@ impl<'a, 'w> Reader<'a, 'w> {
 
     fn shade(&mut self, shade: &Node<'a>, set: Option<&Node<'a>>, role: Role) -> Result<()> {
         let outline = self.geometry(shade)?;
-        let (modifier, _) = self.in_first_state(shade, set, role)?;
+        let (modifier, states) = self.states(shade, set, role)?;
+        self.state_shades(states.first().map_or(&[][..], |s| &s.shades))?;
         self.surface(shade, &outline, &modifier)
     }
 
@@ -290,30 +320,6 @@ impl<'a, 'w> Reader<'a, 'w> {
         let faces = mesh(shade, "geometry", self.scale)?;
         let triangles = faces.iter().flat_map(|f| triangulate(f).triangles).collect();
         self.add(shade, triangles, &modifier)
-    }
-
-    /// The modifier of an object that may have states, in the first of them, whose shades are added; and its group.
-    fn in_first_state(&mut self, node: &Node<'a>, set: Option<&Node<'a>>, role: Role) -> Result<(Rc<Modifier>, Option<String>)> {
-        let own = |reader: &mut Self| reader.modifiers.of(node, set, role, reader.warnings);
-        let Some(properties) = radiance(node)? else { return Ok((own(self)?, None)) };
-        let Some(group) = properties.text("dynamic_group_identifier")? else { return Ok((own(self)?, None)) };
-        let states = properties.list("states")?;
-        let most = self.groups.entry(group.to_string()).or_default();
-        *most = (*most).max(states.len());
-        let Some(state) = states.first() else { return Ok((own(self)?, Some(group.to_string()))) };
-        for shade in state.list("shades")? {
-            let outline = self.geometry(&shade)?;
-            let modifier = match shade.get("modifier") {
-                Some(modifier) => self.modifiers.find(&modifier, &shade, self.warnings)?,
-                None => self.modifiers.of(&shade, None, Role::Context, self.warnings)?,
-            };
-            self.surface(&shade, &outline, &modifier)?;
-        }
-        let modifier = match state.get("modifier") {
-            Some(modifier) => self.modifiers.find(&modifier, node, self.warnings)?,
-            None => own(self)?,
-        };
-        Ok((modifier, Some(group.to_string())))
     }
 
     fn geometry(&mut self, node: &Node<'a>) -> Result<Face3d> {
@@ -348,12 +354,17 @@ impl<'a, 'w> Reader<'a, 'w> {
     }
 
     fn add(&mut self, node: &Node<'a>, triangles: Vec<[DVec3; 3]>, modifier: &Modifier) -> Result<()> {
+        let origin = self.origin(node)?;
+        self.add_triangles(origin, triangles, modifier).map_err(|e| node.at(e))
+    }
+
+    fn add_triangles(&mut self, origin: SurfaceOrigin, triangles: Vec<[DVec3; 3]>, modifier: &Modifier) -> Result<()> {
         let Kind::Material(kind) = &modifier.kind else {
             let message = format!("its modifier '{}' is a BSDF, which is known for apertures to the outside only", modifier.identifier);
-            return Err(node.error(message).help("give it a glass or trans of about the same transmittance"));
+            return Err(Error::new(message).help("give it a glass or trans of about the same transmittance"));
         };
         if self.scene.triangles.len() + triangles.len() > limits::TRIANGLES {
-            return Err(node.at(limits::exceeded("the model has", limits::TRIANGLES, "triangles").help("simplify its meshes")));
+            return Err(limits::exceeded("the model has", limits::TRIANGLES, "triangles").help("simplify its meshes"));
         }
         let scene = &mut self.scene;
         let material = *self.materials.entry(modifier.identifier.clone()).or_insert_with(|| {
@@ -361,7 +372,7 @@ impl<'a, 'w> Reader<'a, 'w> {
             MaterialIndex((scene.materials.len() - 1) as u32)
         });
         let surface = scene.surfaces.len() as u32;
-        scene.surfaces.push(SurfaceOrigin { name: node.identifier()?.to_string(), file: self.file.to_path_buf(), line: 1 });
+        scene.surfaces.push(origin);
         scene.triangles.extend(triangles.into_iter().map(|vertices| Triangle { vertices, material, surface }));
         Ok(())
     }

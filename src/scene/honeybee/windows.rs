@@ -1,43 +1,30 @@
 //! Openings to the outside as windows: grouped by plane, orientation, modifier and dynamic group.
 
 use super::geometry::Face3d;
-use super::modifiers::{Kind, Modifier};
+use super::modifiers::Kind;
+use super::states::{self, ModelGlazing, ModelState, ModelSun, Opening, OpeningState};
 use crate::error::{Error, Result, Warnings};
 use crate::limits;
+use crate::scene::Window;
 use crate::scene::windows::WindowBuilder;
-use crate::scene::{Pane, SurfaceOrigin, Window};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
-use std::rc::Rc;
-
-/// An aperture or glass door to the outside, its front outside.
-pub(super) struct Opening {
-    pub face: Face3d,
-    pub modifier: Rc<Modifier>,
-    /// Its dynamic group, if it has one.
-    pub group: Option<String>,
-    pub origin: SurfaceOrigin,
-}
-
-/// What fills a window of a model.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ModelGlazing {
-    /// A clear pane.
-    Glass(Pane),
-    /// Scattering data: a file, or `model.hbjson#modifier` of those that the model holds.
-    Bsdf(PathBuf),
-}
 
 /// A window of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelWindow {
     /// Its name, geometry and basis.
     pub window: Window,
-    /// The modifier of its apertures.
+    /// The modifier of its apertures, in the first state.
     pub modifier: String,
-    /// What fills it.
+    /// What fills it, in the first state.
     pub glazing: ModelGlazing,
+    /// What suns pass in the first state, if by anything but that.
+    pub sun: Option<ModelSun>,
+    /// The windows that change their states with it: its own name if there are none.
+    pub group: String,
+    /// All its states; none if it never changes.
+    pub states: Vec<ModelState>,
     /// Identifiers of its apertures and glass doors.
     pub apertures: Vec<String>,
 }
@@ -63,7 +50,9 @@ pub(super) fn group(openings: Vec<Opening>, tolerance: f64, warnings: &mut Warni
         let normal = opening.face.normal();
         let plane = opening.face.boundary[0].dot(normal);
         let turned = normal.to_array().map(|v| rounded(v, NORMAL_STEP));
-        let key = (opening.modifier.identifier.clone(), opening.group.clone(), turned, rounded(plane, tolerance));
+        let made_of = |s: &OpeningState| (s.modifier.identifier.clone(), s.direct.as_ref().map(|d| d.identifier.clone()));
+        let states: Vec<_> = opening.states.iter().map(made_of).collect();
+        let key = (states, opening.group.clone(), turned, rounded(plane, tolerance));
         let index = *groups.entry(key).or_insert_with(|| {
             sorted.push(Vec::new());
             sorted.len() - 1
@@ -71,7 +60,7 @@ pub(super) fn group(openings: Vec<Opening>, tolerance: f64, warnings: &mut Warni
         sorted[index].push(opening);
     }
     // honeybee-radiance has the fronts of its static polygons outside, but those of its three-phase groups inside.
-    let is_static = |o: &&Opening| o.group.is_none() && matches!(o.modifier.kind, Kind::Bsdf { .. });
+    let is_static = |o: &&Opening| o.group.is_none() && matches!(o.modifier().kind, Kind::Bsdf { .. });
     if let Some(first) = sorted.iter().flatten().find(is_static) {
         let told = format!(
             "scattering data have their front outside, as WINDOW and three phases have it: '{}' and all others of a BSDF; Radiance's own rays in \
@@ -80,26 +69,46 @@ pub(super) fn group(openings: Vec<Opening>, tolerance: f64, warnings: &mut Warni
         );
         warnings.push(Error::new(told).file(&first.origin.file).help("of data that are the same from both sides it makes no difference"));
     }
+    // Groups have their names before all others, so that none has to give way to an aperture of the same name.
     let mut taken = HashSet::new();
-    sorted.into_iter().map(|group| window(group, &mut taken, warnings)).collect()
+    let mut names: HashMap<String, String> = HashMap::new();
+    for group in sorted.iter().filter_map(|s| s[0].group.clone()) {
+        names.entry(group).or_insert_with_key(|group| unique(group, &mut taken));
+    }
+    let mut used = HashSet::new();
+    let window = |openings: Vec<Opening>| {
+        let first = &openings[0];
+        let group = first.group.as_ref().map(|group| names[group].clone());
+        let name = match (&group, &openings[..]) {
+            (Some(group), _) if used.insert(group.clone()) => group.clone(),
+            (Some(group), _) => unique(group, &mut taken),
+            (None, [only]) => unique(&only.origin.name, &mut taken),
+            (None, _) => unique(orientation(first.face.normal()), &mut taken),
+        };
+        window(openings, group, name, warnings)
+    };
+    sorted.into_iter().map(window).collect()
 }
 
-fn window(group: Vec<Opening>, taken: &mut HashSet<String>, warnings: &mut Warnings) -> Result<ModelWindow> {
+fn window(group: Vec<Opening>, of_group: Option<String>, name: String, warnings: &mut Warnings) -> Result<ModelWindow> {
     let first = &group[0];
-    let wanted = match (&first.group, &group[..]) {
-        (Some(group), _) => group.clone(),
-        (None, [only]) => only.origin.name.clone(),
-        (None, _) => orientation(first.face.normal()).to_string(),
-    };
-    let name = unique(&wanted, taken);
-    let glazing = match &first.modifier.kind {
-        Kind::Bsdf { data, .. } => ModelGlazing::Bsdf(data.clone()),
-        // Openings are glass or scattering data.
-        Kind::Material(kind) => Pane::of_material(kind).map(ModelGlazing::Glass).ok_or_else(|| Error::new("a window is of glass"))?,
-    };
-    let mut builder = WindowBuilder::new(name, first.origin.clone());
-    if let Kind::Bsdf { up, basis, .. } = first.modifier.kind {
+    let mut builder = WindowBuilder::new(name.clone(), first.origin.clone());
+    if let Some((up, basis)) = first.states.iter().find_map(|s| s.modifier.directions()) {
         builder.parameters(&format!("h={basis} u={},{},{}", up.x, up.y, up.z))?;
+    }
+    let state = |(number, state): (usize, &OpeningState)| {
+        let why = |why: &str| Error::new(format!("a window '{name}' of '{}' {why}", state.modifier.identifier));
+        Ok(ModelState {
+            name: format!("{number}_{}", of_group.as_ref().unwrap_or(&name)),
+            modifier: state.modifier.identifier.clone(),
+            glazing: state.glazing().map_err(why)?,
+            sun: states::sun(&group, number),
+        })
+    };
+    let mut states = first.states.iter().enumerate().map(state).collect::<Result<Vec<_>>>()?;
+    let ModelState { glazing, sun, .. } = states[0].clone();
+    if states.len() == 1 {
+        states.clear();
     }
     for opening in &group {
         let inward = opening.face.triangles().triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect();
@@ -107,8 +116,11 @@ fn window(group: Vec<Opening>, taken: &mut HashSet<String>, warnings: &mut Warni
     }
     Ok(ModelWindow {
         window: builder.finish(warnings)?,
-        modifier: first.modifier.identifier.clone(),
+        modifier: first.modifier().identifier.clone(),
         glazing,
+        sun,
+        group: of_group.filter(|_| !states.is_empty()).unwrap_or(name),
+        states,
         apertures: group.iter().map(|o| o.origin.name.clone()).collect(),
     })
 }

@@ -48,7 +48,7 @@ mod types;
 mod windows;
 mod xform;
 
-pub(super) use polygons::{MadeOf, read_polygons};
+pub(super) use polygons::{MadeOf, Polygon, read_polygons};
 pub(crate) use proxies::ProxiedPane;
 pub(crate) use scattering::ScatteringData;
 pub(super) use syntax::shortened;

@@ -24,6 +24,10 @@ pub(super) fn genprism(words: &[String]) -> Result<Generator> {
     let usage = "genprism material name N x1 y1 … xN yN [-l x y z] [-c] [-e]";
     let mut numbers = Numbers { command: "genprism", usage, words, position: 2 };
     let mut faces = faces(words, &numbers)?;
+    if let Some(file) = words.get(2).filter(|w| w.parse::<f64>().is_err()) {
+        let text = format!("genprism takes its corners from '{}', which is not read here", super::syntax::shortened(file));
+        return Err(Error::new(text).help("run the command once yourself and name its output, or write the corners behind their number"));
+    }
     let count = numbers.next("the number of corners")?;
     if !(3.0..=GENERATED_SURFACES as f64).contains(&count) || count.fract() != 0.0 {
         return Err(numbers.error(format!("{count} corners make no prism")));

@@ -42,6 +42,7 @@ impl Filled {
     ) -> Result<Self> {
         match &section.filling {
             Filling::Glass(transmittance) => Pane::of_transmittance([*transmittance; 3]).map(Self::Glass).map_err(|e| section.place.of(e)),
+            Filling::Pane(pane) => Ok(Self::Glass(*pane)),
             Filling::SceneGlass => of_scene(project, section, window, scene).map(Self::Glass),
             _ => Self::data(project, section, &window.basis, warnings),
         }
@@ -117,6 +118,9 @@ impl Filled {
 }
 
 pub(super) fn describe(pane: &Pane) -> String {
+    if pane.transmissivity == [0.0; 3] {
+        return "closed: no light passes".into();
+    }
     let ([r, g, b], [a, ..]) = (pane.at(1.0).0, pane.transmissivity);
     let passes = if r == g && g == b { format!("{g:.3}") } else { format!("{r:.3} {g:.3} {b:.3} (RGB)") };
     format!("clear glass of transmittance {passes} at the normal (Radiance's transmissivity {a:.4})")

@@ -2,6 +2,7 @@
 
 pub mod counting;
 pub mod division;
+mod doubles;
 pub(crate) mod filling;
 mod given_sky;
 pub(crate) mod glazing;
@@ -119,6 +120,7 @@ impl Inputs {
         let glass_left = project.found.left.clone();
         project.found.warnings.iter().for_each(|w| warnings.push(w.clone()));
         let named = |w: &ProjectWindow| Window { name: w.name.clone(), ..w.window.clone() };
+        doubles::warn(&scene, warnings);
         scene.set_windows(&windows.iter().map(named).collect::<Vec<_>>(), warnings)?;
         let bins = windows.iter().map(|w| w.window.basis.len()).sum();
         let plain: Vec<Window> = windows.iter().map(|w| w.window.clone()).collect();

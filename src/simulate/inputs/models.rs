@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, Warnings};
 use crate::scene::{Format, honeybee, split_part};
-use crate::simulate::project::{Project, SensorPoints};
+use crate::simulate::project::{Filling, Project, SensorPoints};
 use std::path::Path;
 
 /// Names the windows, grids and views of the project's models that it does not use.
@@ -34,6 +34,22 @@ pub(super) fn warn(project: &Project, warnings: &mut Warnings) -> Result<()> {
                 &unused,
                 "add a [[window]] with surface = \"model.hbjson#NAME\", or take all [[window]] out: then all are used",
             ));
+        }
+        for window in model.windows.iter().filter(|w| !w.states.is_empty()) {
+            let Some(section) = project.windows.iter().find(|s| names(&s.surface, &s.name, &window.window.name)) else { continue };
+            if section.states.is_empty() && section.filling == Filling::SceneGlass {
+                let text = format!(
+                    "window '{}' is that of the first of {} states of the model's dynamic group",
+                    section.name,
+                    window.states.len()
+                );
+                warnings.push(
+                    section
+                        .place
+                        .of(Error::new(text))
+                        .help("give it [[window.state]]s, or take all [[window]] out: then it has those of the model"),
+                );
+            }
         }
         let views = |name: &str| project.views.iter().any(|s| names(&s.file, &s.name, name));
         let unused: Vec<&str> = model.views.iter().map(|v| v.name.as_str()).filter(|name| !views(name)).collect();

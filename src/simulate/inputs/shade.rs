@@ -23,6 +23,16 @@ impl Shade {
     /// Faults of the file; a shade without surfaces, or one that lies away from its window.
     pub fn read(project: &Project, section: &WindowSection, window: &Window, warnings: &mut Warnings) -> Result<Option<Self>> {
         let Some(file) = &section.shade else { return Ok(None) };
+        let place = |e: Error| e.file(file).field(format!("window '{}'", section.name));
+        if let (model, Some(part)) = scene::split_part(file)
+            && scene::Format::of(&model) == scene::Format::Honeybee
+        {
+            let shade = Self { scene: scene::honeybee::read_sun_part(&model, &part, &mut Warnings::new())? };
+            let mut doubts = Warnings::new();
+            shade.check(window, &mut doubts).map_err(place)?;
+            doubts.iter().for_each(|doubt| warnings.push(place(doubt.clone())));
+            return Ok(Some(shade));
+        }
         let base = project.folder();
         let relative = |f: &PathBuf| f.strip_prefix(base).unwrap_or(f).to_path_buf();
         // Materials are looked up in all files before; what the shade adds comes last.
@@ -44,7 +54,6 @@ impl Shade {
         let triangles = together.triangles[first.min(together.triangles.len())..].to_vec();
         let shade = Self { scene: Scene { triangles, sources: Vec::new(), ..together } };
         let mut doubts = Warnings::new();
-        let place = |e: Error| e.file(file).field(format!("window '{}'", section.name));
         shade.check(window, &mut doubts).and_then(|()| shade.check_slabs(&panes, &mut doubts)).map_err(place)?;
         doubts.iter().for_each(|doubt| warnings.push(place(doubt.clone())));
         Ok(Some(shade))

@@ -14,6 +14,8 @@ pub enum Filling {
     Glass(f64),
     /// The glass that the window's surface has in the scene files.
     SceneGlass,
+    /// A pane of a model.
+    Pane(Pane),
     /// Layers from outside to inside, in the words of `lucarne bsdf layer`.
     Layers(Vec<String>),
     /// Scattering data so far (0…1) on the way from one file's to another's, in every value.
@@ -26,13 +28,13 @@ impl Filling {
         match self {
             Self::Bsdf(file) => std::slice::from_ref(file),
             Self::Interpolated(files, _) => files,
-            Self::Glass(_) | Self::SceneGlass | Self::Layers(_) => &[],
+            Self::Glass(_) | Self::SceneGlass | Self::Pane(_) | Self::Layers(_) => &[],
         }
     }
 
     /// Whether it is a pane whose light is that of a formula.
     pub fn is_glass(&self) -> bool {
-        matches!(self, Self::Glass(_) | Self::SceneGlass)
+        matches!(self, Self::Glass(_) | Self::SceneGlass | Self::Pane(_))
     }
 
     /// Whether it mirrors light and lets it pass, but does not scatter: panes of glass alone.

@@ -26,6 +26,8 @@ const RAYS: usize = 1024;
 const OPEN: f64 = 0.02;
 /// The room's side of a window has at most this part of the other side's share: rooms may have cracks.
 const CLOSED: f64 = 0.25;
+/// A room is told to be open if this share of the rays from the room's side of a pane meets nothing.
+const LEAK: f64 = 0.005;
 /// Windows that are taken; rays are aimed at each.
 const MOST: usize = 256;
 
@@ -84,6 +86,9 @@ fn find(scene: &Scene, scattering: &[ScatteringData], place: &Place) -> Result<F
             (None, _) => {}
         }
         let name = unique_name(&material.name, &mut taken);
+        if inside >= LEAK {
+            warnings.push(told_leak(&origin, &name, inside));
+        }
         // The back is outdoors: the front is the room's side.
         let along = back > front;
         let (filling, tensor_tree, parameters) = match data {
@@ -157,6 +162,17 @@ fn no_window(origin: &SurfaceOrigin, modifier: &str, area: f64, why: &str) -> Er
         .help("scattering data are known between indoors and the open sky only: replace it by its geometry or a `trans`, or name the windows by [[window]]")
 }
 
+fn told_leak(origin: &SurfaceOrigin, name: &str, share: f64) -> Error {
+    let text = format!(
+        "the room behind window '{name}' is open or leaks: {:.1} % of the rays from its inner side meet nothing; light comes in there, too",
+        100.0 * share
+    );
+    Error::new(text)
+        .file(&origin.file)
+        .line(origin.line)
+        .help("close the room if it is closed: lucarne scene info FILE names surfaces with open edges")
+}
+
 fn told(origin: &SurfaceOrigin, material: &str, area: f64, why: &str) -> String {
     format!("glass '{material}' of {area:.2} m² ({}, {}:{}) is no window: {why}", origin.name, origin.file.display(), origin.line)
 }
@@ -180,6 +196,20 @@ mod tests {
     use crate::kernels::trace::rooms::Builder;
 
     const GLASS: MaterialKind = MaterialKind::Glass { transmissivity: [0.7; 3], refraction_index: 1.52 };
+
+    #[test]
+    fn a_room_that_is_open_behind_its_window_is_told() {
+        for (missing, leaks) in [(&[2][..], false), (&[2, 3][..], true)] {
+            let mut b = Builder::default();
+            let (wall, glass) = (b.grey(0.5), b.material(GLASS));
+            b.room([0.0; 3], [4.0, 6.0, 3.0], wall, missing);
+            b.quad([[0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [4.0, 0.0, 3.0], [4.0, 0.0, 0.0]], glass);
+            let found = find(&b.scene, &[], &Place::default()).unwrap();
+            let told: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
+            assert_eq!((found.windows.len(), told.len()), (1, usize::from(leaks)), "{told:?}");
+            assert!(told.iter().all(|t| t.contains("is open or leaks") && t.contains("% of the rays")), "{told:?}");
+        }
+    }
 
     #[test]
     fn panes_between_room_and_sky_are_windows_whichever_way_they_are_drawn() {

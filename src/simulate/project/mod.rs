@@ -206,8 +206,6 @@ impl Project {
         for table in top.tables("views")? {
             views.extend(read_grid(table)?);
         }
-        let facade = groups::facade(&windows, &top.place("window"))?;
-        let control = ControlSection::read(top.table("control")?, &facade)?;
         let glare = GlareSection::read(top.table("glare")?)?;
         let images = ImagesSection::read(top.table("images")?)?;
         if let (Some(place), Some(file)) = (model, scene.files.last()) {
@@ -228,6 +226,8 @@ impl Project {
             found = found::find_in(&scene.files, folder, &top.place("scene"))?;
             windows = std::mem::take(&mut found.windows);
         }
+        let facade = groups::facade(&windows, &top.place("window"))?;
+        let control = ControlSection::read(top.table("control")?, &facade)?;
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
         let output = OutputSection::read(top.table("output")?, !views.is_empty())?;

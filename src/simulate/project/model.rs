@@ -9,7 +9,7 @@
 //! ```
 //!
 //! That is a whole project. Without `[[window]]` all windows of the model are taken, with the glass or BSDF that it
-//! gives them; without `[[sensors]]` and `[[view]]` its sensor grids, or its views if it has no grids. Pictures and
+//! gives them, and the states of its dynamic groups, which `[control]` moves; without `[[sensors]]` and `[[view]]` its sensor grids, or its views if it has no grids. Pictures and
 //! glare of a project without `[[view]]` are those of the model's views. Parts of a model can be named, too:
 //! `surface = "room.hbjson#south"`, `points = "room.hbjson#Workplane"`, `file = "room.hbjson#desk"` of a view,
 //! `bsdf = "room.hbjson#blind"` of a modifier.
@@ -18,10 +18,11 @@ use super::filling::Filling;
 use super::given::GivenPictures;
 use super::parts::Parts;
 use super::sections::{SensorPoints, SensorsSection, WindowSection};
+use super::states::StateSection;
 use super::table::Place;
 use super::views::{DEFAULT_RESOLUTION, ViewSection, view_of_options};
 use crate::error::{Error, Result, Warnings};
-use crate::scene::honeybee::{self, Model, ModelGlazing};
+use crate::scene::honeybee::{self, Model, ModelGlazing, ModelSun};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -52,23 +53,45 @@ impl NamedModel {
 
     /// All its windows; none for a model without, as of a courtyard.
     pub fn windows(&self) -> Vec<WindowSection> {
-        let section = |window: &honeybee::ModelWindow| WindowSection {
-            name: window.window.name.clone(),
-            group: window.window.name.clone(),
-            group_place: self.place.clone(),
-            surface: self.part(&window.window.name),
-            filling: match &window.glazing {
-                ModelGlazing::Glass(_) => Filling::SceneGlass,
-                ModelGlazing::Bsdf(data) => Filling::Bsdf(data.clone()),
-            },
-            place: self.place.clone(),
-            shade: None,
-            tensor_tree: None,
-            states: Vec::new(),
-            daylight: None,
-            parts: Parts::default(),
-            parts_place: self.place.clone(),
-            found: None,
+        let sun = |name: &str, sun: Option<&ModelSun>| match sun {
+            Some(ModelSun::Shade(_)) => (Some(self.part(name)), None),
+            Some(ModelSun::Bsdf(data)) => (None, Some(data.clone())),
+            None => (None, None),
+        };
+        let section = |window: &honeybee::ModelWindow| {
+            let name = &window.window.name;
+            let state = |state: &honeybee::ModelState| {
+                let (shade, tensor_tree) = sun(&honeybee::sun_part(name, &state.name), state.sun.as_ref());
+                let filling = match &state.glazing {
+                    ModelGlazing::Glass(pane) => Filling::Pane(*pane),
+                    ModelGlazing::Bsdf(data) => Filling::Bsdf(data.clone()),
+                };
+                StateSection { name: state.name.clone(), filling, place: self.place.clone(), shade, tensor_tree }
+            };
+            let states: Vec<StateSection> = window.states.iter().map(state).collect();
+            let (shade, tensor_tree) = match states.first() {
+                Some(first) => (first.shade.clone(), first.tensor_tree.clone()),
+                None => sun(&honeybee::sun_part(name, ""), window.sun.as_ref()),
+            };
+            WindowSection {
+                name: name.clone(),
+                group: window.group.clone(),
+                group_place: self.place.clone(),
+                surface: self.part(name),
+                filling: match (states.first(), &window.glazing) {
+                    (Some(first), _) => first.filling.clone(),
+                    (None, ModelGlazing::Glass(_)) => Filling::SceneGlass,
+                    (None, ModelGlazing::Bsdf(data)) => Filling::Bsdf(data.clone()),
+                },
+                place: self.place.clone(),
+                shade,
+                tensor_tree,
+                states,
+                daylight: None,
+                parts: Parts::default(),
+                parts_place: self.place.clone(),
+                found: None,
+            }
         };
         self.model.windows.iter().map(section).collect()
     }

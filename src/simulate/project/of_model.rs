@@ -77,9 +77,13 @@ mod tests {
             let window = |name: &str| inputs.windows.iter().find(|w| w.name == name).unwrap();
             assert!((window("south").window.area() - 2.8).abs() < 1e-9 && window("west_blind").transmission.rows() == 41);
             assert_eq!(window("facade").glass.unwrap().transmissivity, [0.65; 3]);
+            let of_states: Vec<_> = window("facade").states.iter().map(|s| (s.name.as_str(), s.glass.unwrap().transmissivity)).collect();
+            assert_eq!(of_states, [("0_facade", [0.65; 3]), ("1_facade", [0.1, 0.12, 0.14])]);
+            assert_eq!(inputs.facade.groups()[0].states, ["0_facade", "1_facade"]);
             assert!(!inputs.seem_dark.contains(&true));
             let told = texts(&warnings);
-            assert!(told.len() == 3 && told[2].contains("1 views of the model are not computed: desk"), "{told:?}");
+            assert!(told.len() == 3 && told[1].contains("1 views of the model are not computed: desk"), "{told:?}");
+            assert!(told[2].contains("nothing decides the state of the windows 'facade'") && told[2].contains("'0_facade'"), "{told:?}");
         }
     }
 
@@ -102,6 +106,28 @@ mod tests {
         std::fs::write(&file, "[scene]\nfiles = [\"room.rad\"]\n").unwrap();
         assert!(made().unwrap_err().to_string().contains("a project file of its own"));
         assert!(Project::of_model(&model, &other.join("none.epw"), None).unwrap_err().to_string().contains("none.epw"));
+    }
+
+    #[test]
+    fn control_moves_the_groups_of_a_model() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |control: &str| {
+            let (model, weather) = (scenes().join("honeybee_room/room.hbjson"), scenes().join("office/weather/new_york.wea"));
+            let text =
+                format!("[weather]\nfile = \"{}\"\n[scene]\nmodel = \"{}\"\n[control]\n{control}\n", weather.display(), model.display());
+            std::fs::write(folder.path().join("p.toml"), text).unwrap();
+            Project::read(&folder.path().join("p.toml"))
+        };
+        let inputs = Inputs::read(&write("facade = \"1_facade\"").unwrap(), &mut Warnings::new()).unwrap();
+        let window = inputs.windows.iter().find(|w| w.name == "facade").unwrap();
+        assert_eq!((window.glass.unwrap().transmissivity, window.state), ([0.1, 0.12, 0.14], 1));
+        std::fs::write(folder.path().join("s.csv"), "from,facade\n01-01T00:00,0\n07-01T00:00,1_facade\n").unwrap();
+        let inputs = Inputs::read(&write("facade = \"s.csv\"").unwrap(), &mut Warnings::new()).unwrap();
+        assert!(inputs.moves() && inputs.schedule.at(0, 0) == 0 && inputs.schedule.at(0, inputs.schedule.steps() - 1) == 1);
+        let error = write("facade = \"2_facade\"").unwrap_err().to_string();
+        assert!(error.contains("neither a state of the group 'facade' nor a file"), "{error}");
+        let error = write("south = \"open\"").unwrap_err().to_string();
+        assert!(error.contains("no group of windows 'south'"), "{error}");
     }
 
     #[test]

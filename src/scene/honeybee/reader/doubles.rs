@@ -68,9 +68,9 @@ impl<'a> Reader<'a, '_> {
                 continue;
             }
             names.push((key, opening.origin.name.clone()));
-            let Kind::Material(kind) = opening.modifier.kind else { continue };
+            let Kind::Material(kind) = opening.modifier().kind else { continue };
             let scene = &mut self.scene;
-            let name = opening.modifier.identifier.clone();
+            let name = opening.modifier().identifier.clone();
             let material = *self.materials.entry(name.clone()).or_insert_with(|| {
                 scene.materials.push(Material { name, kind });
                 MaterialIndex((scene.materials.len() - 1) as u32)
