@@ -30,7 +30,7 @@ demo: vulkan
 	$(LUCARNE) run scenes/office/project.toml -o out/office
 
 # Tests that could not run for want of a device, Radiance or reference data are counted at the end;
-# LUCARNE_REQUIRE=gpu,swiftshader,radiance,shared,pywincalc,honeybee turns them into failures.
+# LUCARNE_REQUIRE=gpu,swiftshader,validation,radiance,shared,pywincalc,honeybee turns them into failures.
 test: vulkan lint
 	@rm -f target/skipped.txt
 	@code=0; cargo test --release --workspace || code=$$?; \

@@ -4,7 +4,7 @@
 //! The unit tests have this file as a module, integration tests include it by its path. A test that
 //! lacks something calls [`skip`] (or a function here that does) and returns. Every skip is a line in
 //! `target/skipped.txt`, which `make test` counts and shows at its end: libtest swallows what passing
-//! tests print. `LUCARNE_REQUIRE=gpu,swiftshader,radiance,shared,pywincalc,honeybee` (or some of them) makes it a failure.
+//! tests print. `LUCARNE_REQUIRE=gpu,swiftshader,validation,radiance,shared,pywincalc,honeybee` (or some of them) makes it a failure.
 #![allow(dead_code, unused_imports, reason = "not every test that includes this file needs all of it")]
 
 use std::fmt::Display;
@@ -21,6 +21,8 @@ pub enum Need {
     Gpu,
     /// A second Vulkan driver, SwiftShader, of Debian's package `chromium-common`.
     Swiftshader,
+    /// Khronos' validation layer for Vulkan, Debian's package `vulkan-validationlayers`.
+    Validation,
     /// Radiance's programs, Python package `pyradiance`.
     Radiance,
     /// The folder of reference data.
@@ -37,6 +39,7 @@ impl Need {
         match self {
             Self::Gpu => "gpu",
             Self::Swiftshader => "swiftshader",
+            Self::Validation => "validation",
             Self::Radiance => "radiance",
             Self::Shared => "shared",
             Self::Pywincalc => "pywincalc",
@@ -154,6 +157,16 @@ pub fn swiftshader() -> Option<PathBuf> {
     let found = [PathBuf::from("/").join(file), target().join("swiftshader").join(file)].into_iter().find(|f| f.is_file());
     if found.is_none() {
         skip(Need::Swiftshader, &"SwiftShader is not there: .ci/install-missing swiftshader");
+    }
+    found
+}
+
+/// Whether the Vulkan loader finds Khronos' validation layer, or a skip.
+pub fn validation_layer() -> bool {
+    let file = "vulkan/explicit_layer.d/VkLayer_khronos_validation.json";
+    let found = ["/usr/share", "/usr/local/share", "/etc"].iter().any(|folder| Path::new(folder).join(file).is_file());
+    if !found {
+        skip(Need::Validation, &"Khronos' validation layer is not there: .ci/install-missing validation");
     }
     found
 }

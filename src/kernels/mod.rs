@@ -4,6 +4,8 @@ pub mod bsdf_generation;
 pub(crate) mod bsdf_scattering;
 pub mod coefficients;
 pub mod daylight_matrix;
+#[cfg(test)]
+mod drivers;
 pub mod glare;
 pub mod image_matrix;
 pub(crate) mod light_paths;
