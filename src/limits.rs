@@ -96,6 +96,15 @@ pub(crate) const GONIOPHOTOMETER_FILES: usize = 2000;
 /// Bytes of one of them.
 pub(crate) const GONIOPHOTOMETER_BYTES: u64 = 64 << 20;
 
+/// Different directions, over all incident ones, of a measurement that is fitted: below 1 GiB of sums.
+pub(crate) const GONIOPHOTOMETER_CELLS: usize = 1 << 24;
+
+/// Characters of a line of a measurement.
+pub(crate) const SCAN_LINE: usize = 1 << 12;
+
+/// Lobes of all incident directions of an interpolant that is read.
+pub(crate) const INTERPOLANT_LOBES: usize = 1 << 23;
+
 /// Parts of a formula in a scene: keeps what walks through it off the end of the stack.
 pub(crate) const EXPRESSION_PARTS: usize = 400;
 

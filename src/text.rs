@@ -104,13 +104,13 @@ const SIGNATURES: [(&[u8], Other); 17] = [
 ];
 
 /// Text that belongs elsewhere, by what stands in its first lines.
-const GONIOPHOTOMETER: Other = Other {
+pub(crate) const GONIOPHOTOMETER: Other = Other {
     name: "a table of a goniophotometer, as pabopto2bsdf reads it",
-    help: "make scattering data of all its directions with Radiance: pabopto2bsdf *.dat > sample.sir, then bsdf2ttree sample.sir > sample.xml",
+    help: "fit all files of the measurement together: lucarne bsdf fit *.dat -o sample.sir, then lucarne bsdf convert sample.sir --to t4:6 -o sample.xml",
 };
 const INTERPOLANT: Other = Other {
-    name: "an interpolant of pabopto2bsdf (.sir)",
-    help: "turn it into XML with Radiance: bsdf2ttree sample.sir > sample.xml, or bsdf2klems sample.sir > sample.xml",
+    name: "an interpolant of measurements (.sir)",
+    help: "turn it into XML: lucarne bsdf convert sample.sir --to t4:6 -o sample.xml",
 };
 const WEB_PAGE: Other = Other {
     name: "a web page (HTML)",

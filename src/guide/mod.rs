@@ -50,6 +50,11 @@ pub mod bsdf {
     #![doc = include_str!("bsdf.md")]
 }
 
+/// From goniophotometer scans to scattering data.
+pub mod measured {
+    #![doc = include_str!("measured.md")]
+}
+
 /// How errors are computed, and accuracy against time.
 pub mod accuracy {
     #![doc = include_str!("accuracy.md")]

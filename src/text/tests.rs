@@ -125,7 +125,7 @@ fn every_reader_calls_a_wrong_file_by_its_name() {
             (b"%PDF-1.7\n%\xe2\xe3", "a PDF document"),
             (b"\xd0\xcf\x11\xe0\xa1\xb1", "a spreadsheet"),
             (b"version https://git-lfs.github.com/spec/v1\noid sha256:00\n", "a pointer of Git LFS"),
-            (b"#?RADIANCE\npabopto2bsdf a.dat b.dat\nNAME=x\nFORMAT=BSDF_RBFmesh\n\n\x01\x02\0\0", "an interpolant of pabopto2bsdf (.sir)"),
+            (b"#?RADIANCE\npabopto2bsdf a.dat b.dat\nNAME=x\nFORMAT=BSDF_RBFmesh\n\n\x01\x02\0\0", "an interpolant of measurements (.sir)"),
             (b"#sample_name \"x\"\n#format: theta phi DSF\n#intheta 0\n#inphi 0\n170 0 0.3\n", "a table of a goniophotometer"),
         ] {
             let error = in_file(folder.path(), &reader, bytes).expect_err(reader.file).to_string();

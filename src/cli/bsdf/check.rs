@@ -12,7 +12,7 @@ use std::process::ExitCode;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  lucarne bsdf check blinds.xml\n  lucarne bsdf check blinds.xml --repair -o repaired.xml")]
 pub struct Args {
-    /// XML file of WINDOW, genBSDF or wrapBSDF.
+    /// XML file of WINDOW, genBSDF or wrapBSDF; or an interpolant (.sir), as the Klems matrix that it gives.
     file: PathBuf,
     /// Repair what can be repaired safely, write the result to -o and say what was changed.
     #[arg(long, requires = "output")]
@@ -24,7 +24,7 @@ pub struct Args {
 
 pub fn run(args: &Args, _warnings: &mut Warnings) -> Result<ExitCode> {
     let mut reading = Warnings::new();
-    let bsdf = match bsdf::read(&args.file, &mut reading) {
+    let bsdf = match super::read_any(&args.file, &mut reading) {
         Ok(bsdf) => bsdf,
         Err(error) => {
             eprintln!("lucarne: error: {error}");

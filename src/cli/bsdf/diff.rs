@@ -2,12 +2,11 @@
 
 use lucarne::bins::AngleBasis;
 use lucarne::bsdf::difference::{Comparison, compare};
-use lucarne::bsdf::{self};
 use lucarne::{Result, Warnings};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// How two BSDF files differ, component by component.
+/// How two BSDF files differ, component by component; interpolants (.sir) as the Klems matrices that they give.
 ///
 /// Exit code 0: equal within the tolerance. 1: different.
 #[derive(clap::Args)]
@@ -23,7 +22,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
-    let (first, second) = (bsdf::read(&args.first, warnings)?, bsdf::read(&args.second, warnings)?);
+    let (first, second) = (super::read_any(&args.first, warnings)?, super::read_any(&args.second, warnings)?);
     let mut agree = true;
     for difference in compare(&first, &second) {
         agree &= difference.result.agrees(args.tolerance);

@@ -1,6 +1,6 @@
 //! `lucarne bsdf info`.
 
-use lucarne::bsdf::{self, Blocks, Bsdf, TransmissionSource};
+use lucarne::bsdf::{self, Blocks, Bsdf, TransmissionSource, interpolant, scans};
 use lucarne::{Result, Warnings};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -9,11 +9,19 @@ use std::process::ExitCode;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  lucarne bsdf info clear.xml")]
 pub struct Args {
-    /// XML file of WINDOW, genBSDF or wrapBSDF.
+    /// XML file of WINDOW, genBSDF or wrapBSDF; interpolant (.sir); or measurements of a goniophotometer.
     file: PathBuf,
 }
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
+    if interpolant::is_interpolant(&args.file) {
+        print!("{}", super::fit::describe(&interpolant::read(&args.file, warnings)?));
+        return Ok(ExitCode::SUCCESS);
+    }
+    if scans::is_scan(&args.file) {
+        print!("{}", super::fit::describe_scans(&args.file, warnings)?);
+        return Ok(ExitCode::SUCCESS);
+    }
     let bsdf = bsdf::read(&args.file, warnings)?;
     print!("{}", describe(&bsdf));
     Ok(ExitCode::SUCCESS)

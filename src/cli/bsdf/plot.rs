@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use lucarne::bins::AngleBasis;
-use lucarne::bsdf::{self, Block, Blocks};
+use lucarne::bsdf::{Block, Blocks};
 use lucarne::image::hemisphere::{Content, Hemisphere, HemispherePlot, Patch};
 use lucarne::image::palette::{Palette, Scale};
 use lucarne::{Error, Result, Warnings};
@@ -19,7 +19,7 @@ use std::process::ExitCode;
     after_help = "Examples:\n  lucarne bsdf plot film.xml -o film.png\n  lucarne bsdf plot blinds.xml --incident 40,270 --linear -o blinds.svg"
 )]
 pub struct Args {
-    /// XML file.
+    /// XML file; or an interpolant (.sir), as the Klems matrix that it gives.
     file: PathBuf,
     /// Direction in which the incident light travels: θ,φ in degrees; φ 270 is downwards.
     #[arg(long, value_delimiter = ',', num_args = 1, default_value = "40,270")]
@@ -54,7 +54,7 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     if !(0.0..=90.0).contains(&theta) || !phi.is_finite() {
         return Err(Error::new(format!("θ = {theta}° is not within 0…90°")).field("--incident"));
     }
-    let mut file = bsdf::read(&args.file, warnings)?;
+    let mut file = super::read_any(&args.file, warnings)?;
     let blocks: Blocks = file
         .band_mut(&args.band)
         .map(std::mem::take)
