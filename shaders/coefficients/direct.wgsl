@@ -3,7 +3,7 @@
 // Windows are sampled uniformly in solid angle from the sensor; outside, the path goes on to the sky.
 
 import package::generated::{Receiver, LOOK_UNITS};
-import package::coefficients::deposit::{params, deposit, DIRECT, OTHER};
+import package::coefficients::deposit::{params, deposit, DIRECT, OTHER, SUNLIT};
 import package::coefficients::entering::{light_of_windows};
 import package::shared::outside::{NO_PATCH};
 import package::shared::random::{sample_pair, hash_combine, unit_f32};
@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     if found.patch_index != NO_PATCH {
         atomicAdd(&looks[sensor_index * 3u + 1u], 1u);
-        let part = select(OTHER, DIRECT, found.direct);
+        let part = select(select(OTHER, SUNLIT, found.plain), DIRECT, found.direct);
         deposit(batch * params.sensors + sensor_index, part, found.patch_index, found.weight, unit_f32(hash_combine(seed + 1u, index)));
     }
     atomicAdd(&counters.segments, found.segments);

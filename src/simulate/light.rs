@@ -12,8 +12,8 @@
 //!
 //! Where sensors see the sky through clear glass, or by no window at all, there are no bins between: C and Cd, the
 //! coefficients from patches of the sky to the sensor, stand for V and Vd, and X = S, Xsun = Sds ([`Light::of_sky`]).
-//! Behind glass Cd is more than what comes directly: also what rooms reflect of the suns' light, for which suns have light
-//! paths of their own ([`kernels::coefficients`](crate::kernels::coefficients)), and Cds has the same.
+//! There Cd is more than what comes directly: also what diffuse surfaces in the sun send on, for which suns have paths
+//! of their own ([`kernels::coefficients`](crate::kernels::coefficients)), and Cds has the same.
 //!
 //! Sources: Radiance's tutorial of the five-phase method (McNeil 2013), whose
 //! `V·T·D·S − Vd·T·Dd·Sds + Cds·Ssun` this equals.

@@ -11,6 +11,7 @@ use super::phases::sky::sky;
 use super::project::Project;
 use super::results::annual;
 use super::results::glare::{GlareJob, GlareSummary};
+use super::results::mirrored;
 use super::results::sensors::{self, SensorSummary};
 use super::results::states;
 use super::results::suns::TracedSuns;
@@ -144,6 +145,9 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
         sensors::write_coefficients(context, &made)?;
     }
     let lux = sensors::light_at_sensors(context, &made)?;
+    if sampled.sees_sky && suns.is_some() {
+        mirrored::warn(&sampled.view.total(), &sampled.view.mean_replaced(), &skies, &lux, warnings);
+    }
     ledger.seconds.product = clock.elapsed().as_secs_f64();
 
     let errors = timed(&mut ledger.seconds.error_estimate, || sensors::errors(context, &counting, &made, &lux))?;

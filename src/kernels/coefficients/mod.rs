@@ -15,10 +15,19 @@
 //! | reflected in the room | light paths from the windows, each after a path outside that tells its patch of the sky; their diffuse vertices serve *all* sensors | `coefficients/starts`, `light_paths/paths`, `coefficients/gather` |
 //! | what these must leave out: very short connections, mirrors seen by the sensor; light by no window | paths from the sensor; at each diffuse vertex a ray to a window and a path outside | `coefficients/paths` |
 //!
-//! A sun lights few patches at a time, and few of all those paths come from them. So suns have light paths of their own
-//! ([`compute_suns`]): straight from the sun, or reflected diffusely outside, through the panes, and on as all others. Each batch
-//! of C then tells which part of it such paths replace (`sunlit`). What is near the sensor or mirrored, and surfaces outside that
-//! it sees through the panes, stay in C, where few paths find a single sun.
+//! A sun lights few patches at a time, and few of all those paths come from them. So suns have samples of their own
+//! ([`compute_suns`]), and each batch of C tells which part of it they replace (`sunlit`). Every path of light is in one of
+//! these, told by what it meets after it left the sky, panes aside:
+//!
+//! | path | C's estimator | part of C | a sun's own |
+//! |---|---|---|---|
+//! | nothing but the sensor | `direct`; `paths` by no window | direct | [`sun_matrix`](crate::kernels::sun_matrix) |
+//! | to a window, straight or last by a diffuse surface outside; in the room to a diffuse surface in sight of the sensor | `starts` and `gather`, short connections weighted down | sunlit | light paths, `coefficients/sun_starts` |
+//! | last by a diffuse surface outside, then through a window to the sensor | `direct` | sunlit | surfaces that the sensor's rays through windows meet, `coefficients/sun_surfaces` |
+//! | to a diffuse surface that a path from the sensor meets: what short connections lack, what lies behind mirrors or in the open, what these surfaces see through windows | `paths` | sunlit | the same of the sensor's own paths |
+//! | last by a mirror or gloss outside, or in the room where no light path from a window stands for it | all of them | the rest | none: it stays in the sky's patches |
+//!
+//! The surfaces of a sensor serve all suns: to each some rays are sent (`coefficients/sun_gather`).
 //!
 //! All of it is repeated in independently scrambled batches; their spread is the standard error, with what few or no
 //! hits leave open (see [`doubt`](crate::kernels::trace::doubt)).
@@ -33,6 +42,7 @@ pub(crate) mod reference;
 #[cfg(test)]
 mod sun_tests;
 mod suns;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod tracer;
@@ -52,12 +62,14 @@ use crate::scene::Scene;
 use crate::scene::points::Sensor;
 use doubts::Looks;
 use gathered::Gathered;
+use surfaces::SunSurface;
 use tracer::Tracer;
 
 pub use crate::scene::{GlazedWindow, Pane};
 pub use options::CoefficientOptions;
 pub(crate) use options::LEAST_SUN_PATHS;
 pub use suns::compute_suns;
+pub(crate) use surfaces::SURFACE_RAYS;
 
 gpu_struct! {
     /// Parameters of this module's kernels.
@@ -84,28 +96,38 @@ gpu_struct! {
         row_height: f32,
         /// Of all windows; in place of them suns, where light paths start from these.
         bins: u32,
-        /// Number of the first of them.
+        /// Number of the first of them; of the first sensor, where suns are connected to surfaces.
         first_list: u32,
         /// Lights of each of them that there is room for.
         room: u32,
         /// The part of the sums that light in ways which light paths of suns have belongs to.
         sunlit: u32,
-        /// Paths of each sun that come straight from it.
+        /// Paths of each sun that come straight from it; of a sensor that go through its windows.
         straight: u32,
-        padding: u32,
+        /// Sets of surfaces that suns take turns in using.
+        sets: u32,
     }
 }
 
 /// Sensors of a tile, at most: bounds the time of a dispatch.
 const MOST_TILE_SENSORS: usize = 1024;
+/// Sensors times suns times batches of one dispatch: bounds its time.
+const MOST_PAIRS: usize = 1 << 20;
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<Shader> {
-    vec![DIRECT, PATHS, STARTS, GATHER, suns::STARTS]
+    vec![DIRECT, PATHS, STARTS, GATHER, suns::STARTS, surfaces::SURFACES, surfaces::GATHER]
 }
 
-const STRUCTS: &[Declared] =
-    &[CoefficientParams::DECLARED, Receiver::DECLARED, SkyRow::DECLARED, LightPath::DECLARED, VirtualLight::DECLARED, SunRecord::DECLARED];
+const STRUCTS: &[Declared] = &[
+    CoefficientParams::DECLARED,
+    Receiver::DECLARED,
+    SkyRow::DECLARED,
+    LightPath::DECLARED,
+    VirtualLight::DECLARED,
+    SunRecord::DECLARED,
+    SunSurface::DECLARED,
+];
 const DIRECT: Shader = trace::shader("coefficients/direct", &[LOOKS, STRUCTS]);
 const PATHS: Shader = trace::shader("coefficients/paths", &[LOOKS, NUMBERS, STRUCTS]);
 const STARTS: Shader = trace::shader("coefficients/starts", &[STRUCTS]);

@@ -17,9 +17,12 @@ pub struct CoefficientOptions {
     /// Light paths from each directional bin of each window, which all sensors share; 0: the paths from the sensors find
     /// everything, which is slow and needs no windows.
     pub light_paths: u32,
-    /// Light paths from each sun, which all sensors share, if suns have their own ([`compute_suns`](super::compute_suns)): batches
-    /// then tell the part that these find.
+    /// Light paths from each sun, which all sensors share, and paths from each sensor to surfaces in the sun, if suns have their own
+    /// ([`compute_suns`](super::compute_suns)): batches then tell the part that these find.
     pub sun_paths: Option<u32>,
+    /// Sets of surfaces that a sensor's own paths to suns meet. Suns take turns in using them, so that errors of a year of suns
+    /// even out.
+    pub sun_sets: u32,
     /// Rays from a sensor to the light paths' vertices, per bin and reflection; at most 32.
     pub visibility_rays: u32,
     /// Paths per sensor: for short connections and mirrors, and for light that comes by no window.
@@ -49,6 +52,7 @@ impl Default for CoefficientOptions {
             direct_samples: 512,
             light_paths: 256,
             sun_paths: None,
+            sun_sets: 4,
             visibility_rays: 4,
             near_samples: 512,
             near_radius: 0.4,
@@ -64,6 +68,9 @@ impl Default for CoefficientOptions {
 
 /// Samples per sensor and batch, at most: bounds the fixed-point sums.
 const MOST_SAMPLES: u32 = 1 << 16;
+
+/// Sets of surfaces, at most: bounds memory.
+const MOST_SUN_SETS: u32 = 64;
 
 /// Light paths per sun and batch, at least: some come straight from the sun, some by way of what stands outside.
 pub(crate) const LEAST_SUN_PATHS: u32 = 2;
@@ -86,6 +93,9 @@ impl CoefficientOptions {
             .help(format!(
                 "light paths up to {MOST_LIGHT_PATHS}, visibility rays 1 to {MOST_VISIBILITY_RAYS}; use more batches for more samples"
             )));
+        }
+        if !(1..=MOST_SUN_SETS).contains(&self.sun_sets) {
+            return Err(Error::new(format!("{} sets of surfaces for suns are outside 1 to {MOST_SUN_SETS}", self.sun_sets)));
         }
         if let Some(paths) = self.sun_paths
             && !(LEAST_SUN_PATHS..=MOST_LIGHT_PATHS).contains(&paths)

@@ -19,7 +19,9 @@ pub fn glazed(scene: &Scene, windows: &[GlazedWindow]) -> Scene {
     scene
 }
 
-/// One row of C, `[patch][rgb]`, its part that nothing reflected, and that which light paths of suns find. `bounces` as `-ab`.
+/// One row of C, `[patch][rgb]`, its part that nothing reflected, that which [`compute_suns`](super::compute_suns) finds if nothing
+/// is near the sensor, and that which it finds without light paths: of diffuse surfaces that see the sky, panes aside. `bounces`
+/// as `-ab`.
 #[allow(clippy::too_many_arguments, reason = "each is a different thing")]
 pub fn coefficient_row(
     scene: &Scene,
@@ -30,7 +32,7 @@ pub fn coefficient_row(
     bounces: u32,
     samples: usize,
     seed: u64,
-) -> [Vec<[Estimate; 3]>; 3] {
+) -> [Vec<[Estimate; 3]>; 4] {
     light_row(scene, windows, (position, normal), (sky.len(), &|direction| Some(sky.bin_of(direction))), bounces, samples, seed)
 }
 
@@ -43,10 +45,10 @@ pub fn light_row(
     bounces: u32,
     samples: usize,
     seed: u64,
-) -> [Vec<[Estimate; 3]>; 3] {
+) -> [Vec<[Estimate; 3]>; 4] {
     let scene = glazed(scene, windows);
     let others: Vec<_> = scene.windows.iter().filter(|o| !windows.iter().any(|w| w.window.is_in_place_of(o))).cloned().collect();
-    let mut rows: [_; 3] = std::array::from_fn(|_| vec![[Estimate::default(); 3]; parts]);
+    let mut rows: [_; 4] = std::array::from_fn(|_| vec![[Estimate::default(); 3]; parts]);
     let mut random = Random(seed);
     for _ in 0..samples {
         let mut origin = position;
@@ -56,12 +58,18 @@ pub fn light_row(
         // Whether the first reflection was diffuse; then whether light enters the room, and comes there from the sky or by a
         // diffuse reflection.
         let (mut diffuse_first, mut enters, mut plain) = (false, false, true);
+        // Whether the last surface, panes aside, was diffuse.
+        let mut diffuse_last = false;
         for _ in 0..1000 {
             match meet(&scene, &others, origin, direction) {
                 Met::Window(_) => break,
                 Met::Nothing => {
                     if let Some(part) = part_of(direction) {
-                        for (row, _) in rows.iter_mut().zip([true, direct, enters && plain]).filter(|(_, counts)| *counts) {
+                        for (row, _) in rows
+                            .iter_mut()
+                            .zip([true, direct, diffuse_last || (enters && plain), diffuse_last])
+                            .filter(|(_, counts)| *counts)
+                        {
                             (0..3).for_each(|c| row[part][c].add(weight[c]));
                         }
                     }
@@ -77,7 +85,7 @@ pub fn light_row(
                     let passes = matches!(material, MaterialKind::Glass { .. }) && s.direction == direction;
                     if !passes {
                         diffuse_first = if direct { s.diffuse } else { diffuse_first };
-                        plain = s.diffuse;
+                        (plain, diffuse_last) = (s.diffuse, s.diffuse);
                     } else if windows.iter().any(|w| direction.dot(w.window.frame.z) < 0.0 && lies_on(w, origin)) {
                         (enters, plain) = (diffuse_first, true);
                     }

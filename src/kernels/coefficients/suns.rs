@@ -6,7 +6,7 @@
 
 use super::gathered::{CHANCES, Gathered, add_chances, doubt};
 use super::tracer::{Tracer, scale, unit};
-use super::{CoefficientOptions, CoefficientParams, GlazedWindow, MOST_TILE_SENSORS, STRUCTS};
+use super::{CoefficientOptions, CoefficientParams, GlazedWindow, MOST_PAIRS, MOST_TILE_SENSORS, STRUCTS, surfaces};
 use crate::bins::ReinhartSky;
 use crate::error::Result;
 use crate::gpu::{Buffer, Device, Kernel, Shader};
@@ -30,15 +30,13 @@ const TOGETHER: u32 = 4;
 const CERTAIN: u32 = 2;
 /// Of a sun's paths one in so many comes by way of surfaces outside, if there are any.
 const REFLECTED_OUTSIDE: u32 = 4;
-/// Sensors times suns times batches of one dispatch: bounds its time.
-const MOST_PAIRS: usize = 1 << 20;
 /// Suns of a dispatch: what workgroups along an axis and labels of light paths have room for.
 const MOST_SUNS: usize = (1 << 16) - 1;
 
-/// What `sensors` get of each sun by its light paths, sr: that part of the light which the batches of [`compute`](super::compute)
-/// call `sunlit` and not direct. The result's direct part is 0.
+/// What `sensors` get of each sun by its light paths and by surfaces that they meet themselves, sr: that part of the light which the
+/// batches of [`compute`](super::compute) call `sunlit` and not direct. The result's direct part is 0.
 ///
-/// Nothing where there are no light paths ([`CoefficientOptions::sun_paths`], [`CoefficientOptions::light_paths`], windows).
+/// Nothing without [`CoefficientOptions::sun_paths`] or reflections.
 ///
 /// # Errors
 /// As [`compute`](super::compute).
@@ -57,15 +55,33 @@ pub fn compute_suns(
     let around: Vec<DVec3> = sensors.iter().map(|s| s.position).collect();
     let tables = TraceTables::with_panes(scene, windows, &around)?;
     // Patches of the sky have no part in it.
-    let tracer = Tracer::new(device, tables, windows, sensors.len(), ReinhartSky::new(1)?, options)?;
-    let (Some(gathered), Some(paths)) = (&tracer.gathered, options.sun_paths) else { return Ok(result) };
-    let from_suns = FromSuns {
-        tracer: &tracer,
-        gathered,
-        starts: Kernel::new(device, &STARTS, &[])?,
-        paths,
-        straight: straight(scene, windows, paths),
-    };
+    if suns.is_empty() || options.sun_paths.is_none() {
+        return Ok(result);
+    }
+    let mut tracer = Tracer::new(device, tables, windows, sensors.len(), ReinhartSky::new(1)?, options)?;
+    for (tile, some) in sensors.chunks(MOST_TILE_SENSORS).enumerate() {
+        tracer.look_for_holes(some, tile * MOST_TILE_SENSORS, &mut result.statistics)?;
+    }
+    let tracer = tracer;
+    add_light_paths(&tracer, scene, sensors, suns, &mut result, progress)?;
+    surfaces::add(&tracer, sensors, suns, &mut result, progress)?;
+    progress.update("light of suns", 1.0);
+    Ok(result)
+}
+
+/// Adds what light paths from the windows bring.
+fn add_light_paths(
+    tracer: &Tracer<'_>,
+    scene: &Scene,
+    sensors: &[Sensor],
+    suns: &[Sun],
+    result: &mut SunMatrix,
+    progress: &dyn Progress,
+) -> Result<()> {
+    let (device, options) = (tracer.device, &tracer.options);
+    let (Some(gathered), Some(paths)) = (&tracer.gathered, options.sun_paths) else { return Ok(()) };
+    let from_suns =
+        FromSuns { tracer, gathered, starts: Kernel::new(device, &STARTS, &[])?, paths, straight: straight(scene, tracer.windows, paths) };
     let batches = options.batches as usize;
     let lights = size_of::<VirtualLight>() * batches * (paths * TOGETHER) as usize;
     let most_lights = MOST_LIGHT_BYTES.min(device.limits().max_storage_buffer_binding_size) as usize / lights;
@@ -88,14 +104,13 @@ pub fn compute_suns(
             Ok(())
         };
         let range = first..first + some.len();
-        trace::unit(progress, &format!("suns of sensors {range:?}"), &mut result, &mut make, &|result, values| {
+        trace::unit(progress, &format!("suns of sensors {range:?}"), &mut *result, &mut make, &|result, values| {
             values.pass_work(&mut result.statistics)?;
             values.pass_rows(&mut result.total, range.clone())?;
             values.pass_rows(&mut result.own_error, range.clone())
         })?;
     }
-    progress.update("light of suns", 1.0);
-    Ok(result)
+    Ok(())
 }
 
 /// Paths that come straight from a sun: all but some, unless nothing stands before any window.

@@ -117,6 +117,15 @@ fn opening(corners: [[f64; 3]; 4], normal: DVec3) -> Window {
 }
 
 pub(super) fn house() -> House {
+    build(true)
+}
+
+/// The same without a hole, and without what mirrors inside but the panes.
+pub(super) fn closed_house() -> House {
+    build(false)
+}
+
+fn build(open: bool) -> House {
     let mut b = Builder::default();
     let walls = b.grey(0.6);
     let plaster = b.material(MaterialKind::Plastic { color: [0.7, 0.6, 0.5], specularity: 0.05, roughness: 0.0 });
@@ -148,8 +157,12 @@ pub(super) fn house() -> House {
         b.quad([[0.0, y0, z0], [0.0, y1, z0], [0.0, y1, z1], [0.0, y0, z1]], walls);
     }
     // Inside: a mirror to the east, a pane across, a screen.
-    b.quad([[3.9, 2.5, 2.5], [3.9, 0.5, 2.5], [3.9, 0.5, 0.5], [3.9, 2.5, 0.5]], mirror);
-    b.quad([[0.2, 1.0, 0.3], [2.5, 1.0, 0.3], [2.5, 1.0, 2.7], [0.2, 1.0, 2.7]], glass);
+    if open {
+        b.quad([[3.9, 2.5, 2.5], [3.9, 0.5, 2.5], [3.9, 0.5, 0.5], [3.9, 2.5, 0.5]], mirror);
+        b.quad([[0.2, 1.0, 0.3], [2.5, 1.0, 0.3], [2.5, 1.0, 2.7], [0.2, 1.0, 2.7]], glass);
+    } else {
+        b.quad([[0.0, 0.5, 0.5], [0.0, 1.0, 0.5], [0.0, 1.0, 2.0], [0.0, 0.5, 2.0]], walls);
+    }
     b.quad([[0.5, 2.9, 0.0], [1.5, 2.9, 0.0], [1.5, 2.9, 2.0], [0.5, 2.9, 2.0]], trans);
     // Outside: ground, which ends, a house to the south-east, a mirror to the south-west, a canopy, a fin.
     b.quad([[-20.0, -30.0, 0.0], [20.0, -30.0, 0.0], [20.0, -0.4, 0.0], [-20.0, -0.4, 0.0]], ground);
@@ -176,8 +189,8 @@ pub(super) fn house() -> House {
     }
 }
 
-/// A sensor's row, its direct part and that of suns' light paths in f64.
-type Row = [Vec<[Estimate; 3]>; 3];
+/// A sensor's row, its direct part and those of suns in f64.
+type Row = [Vec<[Estimate; 3]>; 4];
 
 impl House {
     fn reference(&self, bounces: u32, samples: usize) -> Vec<Row> {
@@ -220,7 +233,7 @@ impl House {
             }
         }
         let mut found = String::new();
-        for (row, [total, unreflected, _]) in reference.iter().enumerate() {
+        for (row, [total, unreflected, ..]) in reference.iter().enumerate() {
             let named = |what: &str, e: String| format!("-ab {bounces}, {light_paths} light paths, sensor {row}, {what}: {e}\n");
             found += &named("total", agrees(&c, row, total, samples).map_err(|e| named("total", e))?);
             found += &named("direct", agrees(&direct, row, unreflected, samples).map_err(|e| named("direct", e))?);
@@ -267,7 +280,7 @@ impl Exact {
         let (white, (_, pane)) = (b.scene, cube(1.0, CLEAR));
         let samples = 400_000;
         let direct = Self::SENSORS.map(|(p, d)| {
-            let [_, row, _] = coefficient_row(&white, std::slice::from_ref(&pane), p.into(), d.into(), tregenza(), 1, samples, 3);
+            let [_, row, ..] = coefficient_row(&white, std::slice::from_ref(&pane), p.into(), d.into(), tregenza(), 1, samples, 3);
             row.iter().map(|cell| cell[0].mean(samples)).sum()
         });
         let (mut black, mut south) = cube(0.0, Pane { transmissivity: [0.7; 3], ..CLEAR });
@@ -326,15 +339,16 @@ fn faults_in_the_shaders_of_the_coefficients_are_found_out() {
     println!("{}", exact.check(&device).unwrap_or_else(|e| panic!("without a fault: {e}")));
     let mut survivors = Vec::new();
     for (path, from, to) in [
-        ("coefficients/direct", "select(OTHER, DIRECT, found.direct)", "DIRECT"),
+        ("coefficients/direct", "select(select(OTHER, SUNLIT, found.plain), DIRECT, found.direct)", "DIRECT"),
         ("coefficients/direct", "found.patch_index, found.weight, unit_f32", "found.patch_index, 0.9 * found.weight, unit_f32"),
-        ("coefficients/paths", "counts = mirrored;", "counts = true;"),
-        ("coefficients/paths", "counts = mirrored;", "counts = false;"),
-        ("coefficients/paths", "near_share * FRAC_1_PI", "near_share * 0.4"),
-        ("coefficients/entering", "pane.roughness, max(-dot(", "pane.roughness, 1.0 + 0.0 * max(-dot("),
-        ("coefficients/entering", "params.first_pane + to_window.window", "params.first_pane"),
+        ("coefficients/from_sensor", "counts = (*path).mirrored;", "counts = true;"),
+        ("coefficients/from_sensor", "counts = (*path).mirrored;", "counts = false;"),
+        ("coefficients/paths", "select(SUNLIT, OTHER, path.mirrored), DIRECT, path.first", "SUNLIT, DIRECT, true"),
+        ("coefficients/paths", "path.near_share * FRAC_1_PI", "path.near_share * 0.4"),
+        ("coefficients/window_ray", "pane.roughness, max(-dot(", "pane.roughness, 1.0 + 0.0 * max(-dot("),
+        ("coefficients/window_ray", "first_pane + to_window.window", "first_pane"),
         (
-            "coefficients/entering",
+            "coefficients/window_ray",
             "to_window.direction * to_window.distance, -window.z",
             "to_window.direction * to_window.distance, window.z",
         ),

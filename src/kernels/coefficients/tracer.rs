@@ -116,6 +116,11 @@ impl<'d> Tracer<'d> {
         Ok(())
     }
 
+    /// The constant of shaders that tells whether rays may pass panes.
+    pub(super) fn has_glass(&self) -> f64 {
+        f64::from(u8::from(self.tables.features.glass))
+    }
+
     pub(super) fn receivers(&self, sensors: &[Sensor], first: usize) -> Vec<Receiver> {
         let o = &self.options;
         let corners = || self.windows.iter().flat_map(|w| w.window.triangles.iter().flatten());
@@ -211,7 +216,7 @@ impl<'d> Tracer<'d> {
             room: samples,
             sunlit: 2,
             straight: 0,
-            padding: 0,
+            sets: 1,
         }
     }
 

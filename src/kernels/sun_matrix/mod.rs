@@ -43,6 +43,7 @@ mod tracer;
 pub use openings::Openings;
 pub use options::ScatteredBy;
 pub use options::SunOptions;
+pub(crate) use result::Hits;
 pub use result::SunMatrix;
 pub use sensors::compute;
 pub use sun::Sun;

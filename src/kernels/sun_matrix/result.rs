@@ -97,7 +97,7 @@ pub(super) fn with_doubt(spread: f64, batches: usize, doubt: f64) -> f64 {
 
 /// Samples of a sun's scattered light, of all batches together.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Hits {
+pub(crate) struct Hits {
     /// Samples that found light, and those that would if nothing hid the sun.
     pub found: f64,
     pub looks: f64,
@@ -120,5 +120,51 @@ impl Hits {
         // By the half hit's share in relative variances of as many hits and looks.
         let shared = ((self.found + 0.5) / (self.looks + 0.5)).min(1.0).powi(2);
         [all * (1.0 - shared), all * shared]
+    }
+
+    /// The same of one of many suns that a receiver sees by the same surfaces. If no sample of it found light, it may still have
+    /// as much as is likely by what they found of `all` suns: hits of a sun that go by a gamma distribution of shape ½, whose
+    /// mean is theirs, are after none at all ½·s more with a variance of ½·s², s = mean / (mean + ½).
+    pub fn doubts_among(&self, all: &Self, batches: usize) -> [f64; 2] {
+        if self.found > 0.0 {
+            return self.doubts(batches);
+        }
+        let mean = self.looks * (all.found + 0.5) / all.looks.max(self.looks).max(1.0);
+        let likely = mean / (mean + 0.5);
+        let unseen = if all.found > 0.0 { all.light / all.found } else { self.unseen };
+        // In units of the variance of half a hit: (½·s)² + ½·s².
+        Self { unseen, ..*self }.doubts(batches).map(|variance| variance * (1.5 * likely * likely).min(1.0))
+    }
+
+    /// Adds samples of another sun, or batch.
+    pub fn add(&mut self, other: &Self) {
+        self.found += other.found;
+        self.looks += other.looks;
+        self.light += other.light;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_hits_of_a_sun_leave_as_much_open_as_is_likely_by_those_of_all() {
+        let (batches, one) = (8, Hits { looks: 64.0, unseen: 3.0, ..Hits::default() });
+        let sum = |[own, shared]: [f64; 2]| own + shared;
+        for found in [0.0, 20.0, 900.0] {
+            let all = Hits { found, looks: 640.0, light: 2.0 * found, unseen: 3.0 };
+            let mean: f64 = 64.0 * (found + 0.5) / 640.0;
+            // ∫ λ² of a gamma distribution and of no hit, λ = u².
+            let weighted = |power: i32| -> f64 {
+                (0..200_000).map(|i| (f64::from(i) + 0.5) * 1e-4).map(|u| u.powi(2 * power) * (-u * u * (0.5 / mean + 1.0)).exp()).sum()
+            };
+            let wanted = weighted(2) / weighted(0) * if found > 0.0 { 4.0 } else { 9.0 } / 64.0;
+            let variance = sum(one.doubts_among(&all, batches));
+            let half_a_hit = 0.5 * if found > 0.0 { 4.0 } else { 9.0 } / 64.0;
+            assert!((variance - wanted.min(half_a_hit)).abs() < 1e-3 * wanted, "{found}: {variance} {wanted}");
+        }
+        let some = Hits { found: 1.0, light: 5.0, ..one };
+        assert_eq!(some.doubts_among(&some, batches), some.doubts(batches));
     }
 }

@@ -8,6 +8,7 @@ use super::presets::{
     coefficient_options, daylight_options, image_options, pane_options, rounds, sun_options, sun_picture_options, view_options,
 };
 use crate::error::Result;
+use crate::kernels::coefficients::SURFACE_RAYS;
 use crate::kernels::daylight_matrix::unobstructed;
 use crate::kernels::sun_matrix::SunOptions;
 use crate::simulate::inputs::suns::SunSet;
@@ -258,6 +259,9 @@ fn sun_rays(project: &Project, inputs: &Inputs, sensors: usize, suns: usize) -> 
         let gathered = (lives.most_vertices(paths) / 4.0).ceil();
         rays += paths * (LIGHT_PATH_SEGMENTS + SUN_START_SEGMENTS);
         rays += pairs * f64::from(lights.batches) * f64::from(lights.visibility_rays) * gathered;
+        // Surfaces of each sensor's own, and rays from them.
+        rays += (sensors as f64 * f64::from(lights.sun_sets) * COEFFICIENT_SEGMENTS * f64::from(own) + pairs * f64::from(SURFACE_RAYS))
+            * f64::from(lights.batches);
     }
     if inputs.any_window(|w| w.pane.is_some()) {
         let p = pane_options(project);

@@ -208,10 +208,9 @@ fn omissions(plan: &RunPlan, project: &Project, inputs: &Inputs, windows: &[Wind
                 "less than the light of a sun that has set",
             );
         }
-        if direct && !inputs.windows.is_empty() {
+        if direct {
             leave(
-                "light paths of suns for what mirrors and surfaces next to a sensor send on, and sunlit surfaces outside that it sees"
-                    .into(),
+                "samples of suns' own for what mirrors, panes and gloss throw of them".into(),
                 "it stays in the sun's patches of the sky, as light of C",
                 "their rays".into(),
                 "hours in which much of a sensor's light comes so are less certain than stated",

@@ -88,19 +88,20 @@ pub(crate) fn coefficient_options(project: &Project, round: u32) -> CoefficientO
         seed: seed(project, 0, round),
         first_round: round == 0,
         sun_paths: sun_paths(project),
+        sun_sets: sun_options(project).path_sets,
         ..standard
     }
 }
 
-/// Light paths of each sun, and batch, to sensors behind glass. As [`sun_options`], whatever the rounds.
+/// Light paths of each sun, and batch, into rooms behind glass, and paths of each sensor to surfaces in the sun. As [`sun_options`], whatever the rounds.
 fn sun_paths(project: &Project) -> Option<u32> {
     let paths = match project.quality.preset {
         Preset::Draft => 32,
         Preset::Standard => 128,
         Preset::Final => 256,
     };
-    let has_room = project.method.bounces.is_none_or(|b| b > 1) && !project.windows.is_empty();
-    has_room.then(|| ((f64::from(paths) * sun_scale(project)) as u32).clamp(LEAST_SUN_PATHS, MOST_LIGHT_PATHS))
+    let reflects = project.method.bounces.is_none_or(|b| b > 1);
+    reflects.then(|| ((f64::from(paths) * sun_scale(project)) as u32).clamp(LEAST_SUN_PATHS, MOST_LIGHT_PATHS))
 }
 
 /// Sampling of D of the `window`-th window.

@@ -4,6 +4,7 @@ pub mod annual;
 pub mod glare;
 pub(crate) mod illuminance;
 pub mod metrics;
+pub(crate) mod mirrored;
 mod moments;
 mod monthly;
 pub mod pictures;
