@@ -137,6 +137,38 @@ fn check_says_by_its_exit_code_what_it_found_and_repairs() {
 }
 
 #[test]
+fn tables_with_dummy_reflectances_give_visible_and_solar_in_one_file() {
+    let folder = tempfile::tempdir().unwrap();
+    // The transmittances at 0, 60 and 90° and the dummies of a PDLC study's table.
+    let table = |scale: f64| {
+        let row = |(theta, share): (u32, f64)| format!("{theta}.0,{},{},0.2,0.2\n", 0.519 * scale * share, 0.042 * scale * share);
+        format!(",Ts,Td,Rs,Rd\n{}", [(0, 1.0), (60, 0.8), (90, 0.0)].map(row).concat())
+    };
+    std::fs::write(folder.path().join("visible.csv"), table(1.0)).unwrap();
+    std::fs::write(folder.path().join("solar.csv"), table(0.8)).unwrap();
+    let make = |more: &[&str]| {
+        let given = ["bsdf", "isotropic", "visible.csv", "--solar", "solar.csv", "--basis", "quarter", "-o", "film.xml"];
+        lucarne(folder.path(), &[&given, more].concat())
+    };
+    let read = || bsdf::read(&folder.path().join("film.xml"), &mut Warnings::new()).unwrap();
+    let reflected = |blocks: &bsdf::Blocks| blocks.reflection_front.as_ref().unwrap().direct_hemispherical_at(0.0);
+    let dummy = make(&[]);
+    assert!(dummy.status.success() && text(&dummy.stderr).contains("as dummy values are"), "{}", text(&dummy.stderr));
+    assert!((reflected(&read().visible) - 0.4).abs() < 1e-3);
+    let real = make(&["--reflectance", ".08,.03", "--solar-reflectance", ".10,.04", "--solar-back", ".2,.04"]);
+    assert!(real.status.success() && !text(&real.stderr).contains("warning"), "{}", text(&real.stderr));
+    let film = read();
+    for (blocks, transmitted, front, back) in [(&film.visible, 0.561, 0.11, 0.11), (&film.solar, 0.561 * 0.8, 0.14, 0.24)] {
+        let at_normal = |component| blocks.get(component).unwrap().direct_hemispherical_at(0.0);
+        let found = [bsdf::Component::TransmissionFront, bsdf::Component::ReflectionFront, bsdf::Component::ReflectionBack].map(at_normal);
+        // The first bin is the mean over 0…6.5°.
+        assert!(found.iter().zip([transmitted, front, back]).all(|(a, b)| (a - b).abs() < 5e-3), "{found:?}");
+    }
+    assert!(!make(&["--reflectance", ".08"]).status.success());
+    assert!(!make(&["--back", ".08,.03"]).status.success(), "--back without values of the front");
+}
+
+#[test]
 fn lists_of_isotropic_values_have_their_length_and_their_band() {
     let folder = tempfile::tempdir().unwrap();
     let visible = ["bsdf", "isotropic", "--normal", ".519,.042,.119,.030"];

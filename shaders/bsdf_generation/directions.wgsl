@@ -4,6 +4,7 @@
 // x and y and the size of z count. The sample's frame is the world: z into the room, y up.
 
 import package::generated::{DIRECTIONS_RINGS, DIRECTIONS_SLICES, TAU};
+import package::shared::circle::{circle};
 import package::shared::window::{ring_of_bin, window_bin, window_bin_direction};
 import package::shared::scene::{window_at};
 
@@ -31,14 +32,13 @@ fn polar_angle(r: f32) -> f32 {
 
 // Direction at the square's coordinates a, b in -1…1, whose larger one in size is sin θ.
 fn square_direction(a: f32, b: f32, cosine: f32) -> vec3<f32> {
-    let quarter = TAU / 8.0;
     var radius = a;
-    var phi = quarter * b / select(a, 1.0, a == 0.0);
+    var turns = 0.125 * b / select(a, 1.0, a == 0.0);
     if abs(b) >= abs(a) {
         radius = b;
-        phi = 2.0 * quarter - quarter * a / select(b, 1.0, b == 0.0);
+        turns = 0.25 - 0.125 * a / select(b, 1.0, b == 0.0);
     }
-    return vec3<f32>(radius * cos(phi), radius * sin(phi), cosine);
+    return vec3<f32>(radius * circle(turns), cosine);
 }
 
 fn sample_square(cell: u32, random: vec2<f32>, half: f32, projected: bool) -> CellSample {
@@ -59,8 +59,8 @@ fn sample_square(cell: u32, random: vec2<f32>, half: f32, projected: bool) -> Ce
     let low = f32(max(from_row, from_column)) * width;
     let theta_low = polar_angle(low);
     let theta_high = polar_angle(min(low + width, 1.0));
-    let theta = mix(theta_low, theta_high, random.x);
-    let r = sin(theta);
+    let polar = circle(mix(theta_low, theta_high, random.x) / TAU);
+    let r = polar.y;
     let side_low = f32(min(from_row, from_column)) * width;
     // On the diagonal the cell is cut into two triangles.
     let side_high = select(side_low + width, max(r, side_low), from_row == from_column);
@@ -70,7 +70,7 @@ fn sample_square(cell: u32, random: vec2<f32>, half: f32, projected: bool) -> Ce
     let middle = SIDE / 2u;
     let a = select(-1.0, 1.0, row >= middle) * select(side, r, along_a);
     let b = select(-1.0, 1.0, column >= middle) * select(r, side, along_a);
-    return CellSample(square_direction(a, b, cos(theta)), weight);
+    return CellSample(square_direction(a, b, polar.x), weight);
 }
 
 fn sample_slice(cell: u32, random: vec2<f32>, projected: bool) -> CellSample {
@@ -85,8 +85,8 @@ fn sample_slice(cell: u32, random: vec2<f32>, projected: bool) -> CellSample {
     }
     let theta_low = polar_angle(low);
     let theta_high = polar_angle(high);
-    let theta = mix(theta_low, theta_high, random.x);
-    return CellSample(vec3<f32>(sin(theta), 0.0, cos(theta)), sin(theta) * (theta_high - theta_low) / area);
+    let polar = circle(mix(theta_low, theta_high, random.x) / TAU);
+    return CellSample(vec3<f32>(polar.y, 0.0, polar.x), polar.y * (theta_high - theta_low) / area);
 }
 
 fn sample_ring(cell: u32, random: vec2<f32>, projected: bool) -> CellSample {
@@ -99,8 +99,8 @@ fn sample_ring(cell: u32, random: vec2<f32>, projected: bool) -> CellSample {
     let high = sqrt(r.cos2_high);
     let cosine = mix(low, high, random.x);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    let azimuth = TAU * (f32(cell - r.first) + random.y - 0.5) / f32(r.bins);
-    return CellSample(vec3<f32>(sine * cos(azimuth), sine * sin(azimuth), cosine), 2.0 / (low + high));
+    let across = sine * circle((f32(cell - r.first) + random.y - 0.5) / f32(r.bins));
+    return CellSample(vec3<f32>(across, cosine), 2.0 / (low + high));
 }
 
 // A direction inside a cell: uniform in projected solid angle if `projected`, else in solid angle.

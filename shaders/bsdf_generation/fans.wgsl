@@ -6,6 +6,7 @@
 // chain's next points.
 
 import package::generated::{DIRECTIONS_RINGS, DIRECTIONS_SLICES, TAU};
+import package::shared::circle::{circle};
 import package::shared::random::{sample_pair, hash_combine};
 import package::shared::bvh::{leave_surface, offset_from_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{scatter, largest, diffuse_share, LOBE_SPECULAR};
@@ -52,8 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let normal = select(chain.leaving, chain.arriving, INCOMING);
     var turn = vec2<f32>(1.0, 0.0);
     if DIRECTIONS == DIRECTIONS_SLICES {
-        let azimuth = TAU * sample_pair(index, 3u, params.seed).x;
-        turn = vec2<f32>(cos(azimuth), sin(azimuth));
+        turn = circle(sample_pair(index, 3u, params.seed).x);
     }
     let projected = abs(normal.z) > PARALLEL;
     let chosen = sample_cell(cell % side_cells, INCOMING, sample_pair(index, 0u, seed), sample_pair(index, 1u, seed).x, projected);

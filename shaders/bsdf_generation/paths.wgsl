@@ -7,7 +7,8 @@
 // Incident cells are counted over both sides: light from the outside (travelling to +z) first.
 // Outgoing cells likewise: light that leaves to the outside (-z) first.
 
-import package::generated::{DIRECTIONS_SLICES, MATERIAL_MIRROR, MOST_PATH_SEGMENTS, NOWHERE, TAU};
+import package::generated::{DIRECTIONS_SLICES, MATERIAL_MIRROR, MOST_PATH_SEGMENTS, NOWHERE};
+import package::shared::circle::{circle};
 import package::shared::random::{sample_pair, sample_four, hash_combine};
 import package::shared::bvh::{leave_surface, triangle_normal, triangle_material, NO_TRIANGLE};
 import package::shared::material::{scatter, smooth_specular, cosine_direction, largest, Scatter, LOBE_NONE, LOBE_DIFFUSE, LOBE_SPECULAR};
@@ -39,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let extra = sample_pair(index, 2u, seed);
     var turn = vec2<f32>(1.0, 0.0);
     if DIRECTIONS == DIRECTIONS_SLICES {
-        turn = vec2<f32>(cos(TAU * extra.y), sin(TAU * extra.y));
+        turn = circle(extra.y);
     }
     let start = sample_cell(cell % params.in_cells, true, numbers.zw, extra.x, true);
     var direction = turned(vec3<f32>(start.direction.xy, select(-start.direction.z, start.direction.z, from_outside)), turn);

@@ -4,8 +4,9 @@
 import package::generated::{
     KIND_BLACK, KIND_KLEMS, KIND_TREE3_REVERSED, KIND_TREE4, LOBE_BINS_OUT, LOBE_KIND, LOBE_LAMBERTIAN,
     LOBE_RINGS_OUT, LOBE_RING_COUNT_OUT, LOBE_SAMPLING, LOBE_SAMPLING_SIDE, PI, REFLECTION_BACK, RING_WORDS,
-    TAU, TRANSMISSION_FRONT,
+    TRANSMISSION_FRONT,
 };
+import package::shared::circle::{circle};
 import package::bsdf_scattering::square::{square_from_disk, disk_from_square};
 import package::bsdf_scattering::scattering::{bsdf_words, bsdf_number, bsdf_component, bsdf_lobe, bsdf_of_keys, incident_key, outgoing_key, azimuth_of, slice_of};
 
@@ -79,8 +80,8 @@ fn in_bin(lobe: u32, bin: u32, random: vec2<f32>) -> vec3<f32> {
     let words = rings + ring * RING_WORDS;
     let cos2 = mix(bsdf_number(words), bsdf_number(words + 1u), random.x);
     let sine = sqrt(max(1.0 - cos2, 0.0));
-    let azimuth = TAU * (f32(bin - bsdf_words[words + 2u]) + random.y - 0.5) / f32(bsdf_words[words + 3u]);
-    return vec3<f32>(sine * cos(azimuth), sine * sin(azimuth), sqrt(max(cos2, 0.0)));
+    let turns = (f32(bin - bsdf_words[words + 2u]) + random.y - 0.5) / f32(bsdf_words[words + 3u]);
+    return vec3<f32>(sine * circle(turns), sqrt(max(cos2, 0.0)));
 }
 
 fn in_cell(lobe: u32, packed: u32, incident: vec2<f32>, random: vec2<f32>) -> vec3<f32> {

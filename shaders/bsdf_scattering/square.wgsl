@@ -1,6 +1,7 @@
 // The Shirley-Chiu map between the unit disc of projected directions and the unit square.
 
 import package::generated::{FRAC_PI_4};
+import package::shared::circle::{circle};
 
 // Keeps coordinates inside the square: the largest f32 below 1.
 const BELOW_ONE: f32 = 0.99999994;
@@ -28,9 +29,7 @@ fn disk_from_square(square: vec2<f32>) -> vec2<f32> {
         return p;
     }
     if abs(p.x) > abs(p.y) {
-        let phi = FRAC_PI_4 * (p.y / p.x);
-        return p.x * vec2<f32>(cos(phi), sin(phi));
+        return p.x * circle(0.125 * (p.y / p.x));
     }
-    let phi = FRAC_PI_4 * (2.0 - p.x / p.y);
-    return p.y * vec2<f32>(cos(phi), sin(phi));
+    return p.y * circle(0.25 - 0.125 * (p.x / p.y));
 }

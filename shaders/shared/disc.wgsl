@@ -1,6 +1,6 @@
 // Discs in the sky.
 
-import package::generated::{TAU};
+import package::shared::circle::{circle};
 import package::shared::frame::{tangent_frame};
 
 // A direction to a disc around `centre`, uniform in solid angle; `chord` reaches from its centre to its rim on the unit
@@ -11,7 +11,6 @@ fn disc_direction(centre: vec3<f32>, chord: f32, random: vec2<f32>) -> vec3<f32>
     }
     let from_centre = sqrt(random.x) * chord;
     let sine = from_centre * sqrt(max(1.0 - 0.25 * from_centre * from_centre, 0.0));
-    let phi = TAU * random.y;
-    let local = vec3<f32>(sine * cos(phi), sine * sin(phi), 1.0 - 0.5 * from_centre * from_centre);
+    let local = vec3<f32>(sine * circle(random.y), 1.0 - 0.5 * from_centre * from_centre);
     return normalize(tangent_frame(centre) * local);
 }

@@ -4,8 +4,9 @@
 
 import package::generated::{
     Material, FRESNEL_DECAY, FRESNEL_GRAZING, FRESNEL_THRESHOLD, MATERIAL_GLASS, MATERIAL_MIRROR,
-    MATERIAL_SURFACE, SMOOTH_ROUGHNESS2, TAU,
+    MATERIAL_SURFACE, SMOOTH_ROUGHNESS2,
 };
+import package::shared::circle::{circle};
 import package::shared::frame::{tangent_frame};
 
 const LOBE_NONE: u32 = 0u;
@@ -30,8 +31,7 @@ fn largest(v: vec3<f32>) -> f32 {
 // Cosine-distributed direction around the unit vector n.
 fn cosine_direction(n: vec3<f32>, random: vec2<f32>) -> vec3<f32> {
     let radius = sqrt(random.x);
-    let phi = TAU * random.y;
-    let local = vec3<f32>(radius * cos(phi), radius * sin(phi), sqrt(max(1.0 - random.x, 0.0)));
+    let local = vec3<f32>(radius * circle(random.y), sqrt(max(1.0 - random.x, 0.0)));
     return normalize(tangent_frame(n) * local);
 }
 
@@ -144,9 +144,8 @@ fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bo
         if !smooth_surface {
             // Half vector by Ward's Gaussian of slopes.
             let tan2 = -material.roughness * material.roughness * log(max(1.0 - slope.x, 1e-12));
-            let phi = TAU * slope.y;
             let tan_h = sqrt(tan2);
-            let half_vector = normalize(tangent_frame(facing) * vec3<f32>(tan_h * cos(phi), tan_h * sin(phi), 1.0));
+            let half_vector = normalize(tangent_frame(facing) * vec3<f32>(tan_h * circle(slope.y), 1.0));
             direction = incoming - 2.0 * dot(incoming, half_vector) * half_vector;
             if dot(direction, facing) <= 0.0 {
                 return result;
@@ -161,9 +160,9 @@ fn scatter(material: Material, incoming: vec3<f32>, facing: vec3<f32>, front: bo
     if !smooth_surface {
         // Gaussian spread around the through direction (Radiance trans).
         let spread = material.roughness * sqrt(-log(max(1.0 - slope.x, 1e-12)));
-        let phi = TAU * slope.y;
+        let across = spread * circle(slope.y);
         let frame = tangent_frame(incoming);
-        direction = normalize(incoming + frame[0] * (spread * cos(phi)) + frame[1] * (spread * sin(phi)));
+        direction = normalize(incoming + frame[0] * across.x + frame[1] * across.y);
         if dot(direction, facing) >= 0.0 {
             return result;
         }

@@ -2,6 +2,7 @@
 
 import package::generated::{Ring, Window, FAR_AWAY, PI, TAU};
 import package::shared::bins::{azimuth_bin};
+import package::shared::circle::{circle};
 import package::shared::bvh::{light_passing, NO_TRIANGLE, ANY, ANY_BUT_GLASS};
 import package::shared::scene::{ring_at, scene_parts, window_at, window_corner};
 
@@ -39,8 +40,8 @@ fn window_bin_direction(window: Window, bin: u32, random: vec2<f32>) -> vec3<f32
     let r = ring_of_bin(window.first_ring, window.rings, bin);
     let cos2 = mix(r.cos2_low, r.cos2_high, random.x);
     let sine = sqrt(max(1.0 - cos2, 0.0));
-    let azimuth = TAU * (f32(bin - r.first) + random.y - 0.5) / f32(r.bins);
-    return normalize(window.x * (sine * cos(azimuth)) + window.y * (sine * sin(azimuth)) + window.z * sqrt(max(cos2, 0.0)));
+    let across = sine * circle((f32(bin - r.first) + random.y - 0.5) / f32(r.bins));
+    return normalize(window.x * across.x + window.y * across.y + window.z * sqrt(max(cos2, 0.0)));
 }
 
 // Projected solid angle of a bin, sr.
@@ -152,9 +153,9 @@ fn sample_windows(eye: vec3<f32>, window_count: u32, random: vec2<f32>) -> Windo
     let n_ca = normalize(cross(uc, ua));
     let cos_alpha = clamp(-dot(n_ab, n_ca), -1.0, 1.0);
     let sin_alpha = max(length(cross(n_ab, n_ca)), 1e-7);
-    let part = share * omega;
-    let s = sin(part) * cos_alpha - cos(part) * sin_alpha;
-    let t = cos(part) * cos_alpha + sin(part) * sin_alpha;
+    let part = circle(share * omega / TAU);
+    let s = part.y * cos_alpha - part.x * sin_alpha;
+    let t = part.x * cos_alpha + part.y * sin_alpha;
     let p = t - cos_alpha;
     let q = s + sin_alpha * dot(ua, ub);
     let below = (q * s + p * t) * sin_alpha;

@@ -9,8 +9,10 @@
 use super::{Block, Blocks, KlemsMatrix, projected_solid_angles};
 use crate::bins::AngleBasis;
 use crate::error::{Error, Result, Warnings};
-use crate::text;
+use rows::rows;
 use std::f64::consts::PI;
+
+mod rows;
 
 /// Specular and diffuse transmittance and reflectance at one angle of incidence.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -30,6 +32,19 @@ pub struct Sample {
 impl Sample {
     fn values(&self) -> [f64; 4] {
         [self.specular_transmittance, self.diffuse_transmittance, self.specular_reflectance, self.diffuse_reflectance]
+    }
+
+    fn transmittance(&self) -> f64 {
+        self.specular_transmittance + self.diffuse_transmittance
+    }
+
+    /// With reflectances that follow those at the normal, where absorptance and diffuse reflectance
+    /// are this share of theirs.
+    fn reflecting(self, normal: &Self, share: f64) -> Self {
+        let absorbed = (1.0 - normal.values().iter().sum::<f64>()) * share;
+        let diffuse_reflectance = normal.diffuse_reflectance * share;
+        let specular_reflectance = (1.0 - absorbed - self.transmittance() - diffuse_reflectance).max(0.0);
+        Self { specular_reflectance, diffuse_reflectance, ..self }
     }
 }
 
@@ -57,92 +72,72 @@ impl AngularTable {
     /// Reads a text table: lines of `θ Ts Td Rs Rd`, angles 0…90° for light from the outside and,
     /// if present, 90…180° for light from the room (180° is the normal). `#` starts a comment. A
     /// first line without numbers is a header: columns stand where it names Ts, Td, Rs and Rd.
+    /// Warns of a mirror reflectance that is the same at all angles, as dummy values are.
     ///
     /// # Errors
     /// As [`new`](Self::new), with the line; a header that names some of the columns only.
     pub fn parse(text: &str, warnings: &mut Warnings) -> Result<Self> {
-        let (mut front, mut back) = (Vec::new(), Vec::new());
-        let mut columns = None;
-        for (number, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
-            let number = number + 1;
-            let line = line.split('#').next().unwrap_or_default();
-            let words = text::words(line).map_err(|e| e.line(number))?;
-            if words.is_empty() {
-                continue;
-            }
-            if columns.is_none() {
-                if words.iter().all(|w| w.parse::<f64>().is_err()) {
-                    columns = Some(Columns::named(line).map_err(|e| e.line(number))?);
-                    continue;
-                }
-                columns = Some(Columns::USUAL);
-            }
-            let columns = columns.unwrap_or(Columns::USUAL);
-            let parsed: Option<Vec<f64>> = words.iter().map(|w| w.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
-            let Some(values) = parsed.filter(|v| v.len() == columns.count) else {
-                return Err(Error::new(format!("'{}' is not a row of {} numbers", line.trim(), columns.count))
-                    .line(number)
-                    .help("rows are: angle of incidence in degrees, Ts, Td, Rs, Rd (specular and diffuse transmittance and reflectance)"));
-            };
-            let [theta, ts, td, rs, rd] = columns.places.map(|place| values[place]);
-            let sample = |theta| Sample {
-                theta,
-                specular_transmittance: ts,
-                diffuse_transmittance: td,
-                specular_reflectance: rs,
-                diffuse_reflectance: rd,
-            };
-            check(&sample(theta)).map_err(|e| e.line(number))?;
-            if !(0.0..=180.0).contains(&theta) {
-                return Err(Error::new(format!("an angle of {theta}° is outside 0…180°")).line(number));
-            }
-            if theta <= 90.0 {
-                front.push(sample(theta));
-            }
-            if theta >= 90.0 {
-                back.push(sample(180.0 - theta));
-            }
+        let [front, back] = rows(text, true)?;
+        let table = Self::new(front, back, warnings)?;
+        let mirror = |s: &Sample| s.specular_reflectance;
+        if let [first, .., last] = table.front.as_slice()
+            && mirror(first) > 0.0
+            && table.front.iter().all(|s| mirror(s) == mirror(first))
+            && last.transmittance() < 0.5 * first.transmittance()
+        {
+            warnings.push(
+                Error::new(format!("Rs is {} at all angles, as dummy values are; mirror reflection rises towards 90°", mirror(first)))
+                    .help("layers that reflect to each other need real values: give them, at normal incidence at least"),
+            );
         }
-        if back.len() < 2 {
-            back.clear();
-        }
-        back.reverse();
-        Self::new(front, back, warnings)
+        Ok(table)
+    }
+
+    /// Reads the transmittances of such a table, whose columns Rs and Rd count for nothing and may
+    /// be missing, and takes reflectances `[Rs, Rd]` at normal incidence for light from the outside
+    /// and from the room; over the angle they follow [`roos`](Self::roos)' rule.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_transmittance(text: &str, front: [f64; 2], back: [f64; 2], warnings: &mut Warnings) -> Result<Self> {
+        let [outside, room] = rows(text, false)?;
+        let outside = completed(outside, "front", warnings)?;
+        let room = if room.is_empty() { outside.clone() } else { completed(room, "back", warnings)? };
+        let side = |samples: Vec<Sample>, [rs, rd]: [f64; 2]| -> Result<Vec<Sample>> {
+            let normal = Sample { specular_reflectance: rs, diffuse_reflectance: rd, ..samples[0] };
+            check(&normal)?;
+            let of_normal = |tau: f64| if normal.transmittance() > 0.0 { tau / normal.transmittance() } else { 1.0 };
+            let reflecting = |s: &Sample| s.reflecting(&normal, of_normal(s.transmittance()).min(1.0));
+            Ok(samples.iter().map(reflecting).collect())
+        };
+        Self::new(side(outside, front)?, side(room, back)?, warnings)
     }
 
     /// A table from values at normal incidence by the angular model of Roos et al. 2001 (Solar
     /// Energy 69 suppl. 6, "Angular-dependent optical properties of low-e and solar control
     /// windows"): τ(θ) = τ₀ (1 − a zᵅ − b zᵝ − c zᵞ), z = θ/90°, a = 8, b = 0.25/q, c = 1 − a − b,
     /// α = 5.2 + 0.7 q, β = 2, γ = (5.26 + 0.06 p) + (0.73 + 0.04 p) q, with p panes and the
-    /// category q (1…10; 4 for uncoated glass).
+    /// category q (1…10; 4 for uncoated glass). p = 0 leaves the terms of the panes out, as
+    /// published tables of PDLC films do.
     ///
     /// The model says nothing about reflection. Here the absorptance falls like the transmittance,
     /// A(θ) = A₀ τ(θ)/τ₀, the diffuse reflectance too, and mirror reflection takes the rest.
     ///
     /// # Errors
-    /// Impossible values, p < 1, q outside 1…10.
+    /// Impossible values, q outside 1…10.
     pub fn roos(front: Sample, back: Sample, panes: u32, category: f64, warnings: &mut Warnings) -> Result<Self> {
-        if panes < 1 || !(1.0..=10.0).contains(&category) {
-            return Err(Error::new(format!("the Roos model needs p ≥ 1 and 1 ≤ q ≤ 10, not p = {panes}, q = {category}"))
+        if !(1.0..=10.0).contains(&category) {
+            return Err(Error::new(format!("the Roos model needs 1 ≤ q ≤ 10, not q = {category}"))
                 .help("p is the number of panes; q is 4 for clear glass, lower or higher for coated glass"));
         }
         let side = |normal: Sample| {
             check(&normal)?;
-            let [ts, td, rs, rd] = normal.values();
-            Ok((0..=90)
-                .map(|degrees| {
-                    let share = roos_share(f64::from(degrees), panes, category);
-                    let absorbed = (1.0 - ts - td - rs - rd) * share;
-                    let [ts, td, rd] = [ts, td, rd].map(|v| v * share);
-                    Sample {
-                        theta: f64::from(degrees),
-                        specular_transmittance: ts,
-                        diffuse_transmittance: td,
-                        specular_reflectance: (1.0 - absorbed - ts - td - rd).max(0.0),
-                        diffuse_reflectance: rd,
-                    }
-                })
-                .collect::<Vec<_>>())
+            let at = |degrees: u32| {
+                let (theta, share) = (f64::from(degrees), roos_share(f64::from(degrees), panes, category));
+                let [ts, td] = [normal.specular_transmittance, normal.diffuse_transmittance].map(|v| v * share);
+                Sample { theta, specular_transmittance: ts, diffuse_transmittance: td, ..normal }.reflecting(&normal, share)
+            };
+            Ok((0..=90).map(at).collect::<Vec<_>>())
         };
         Self::new(side(front)?, side(back)?, warnings)
     }
@@ -174,50 +169,6 @@ impl AngularTable {
             transmission_back: Some(Block::Klems(matrix(basis, &back, &front, 0))),
             reflection_front: Some(Block::Klems(matrix(basis, &front, &front, 2))),
             reflection_back: Some(Block::Klems(matrix(basis, &back, &back, 2))),
-        }
-    }
-}
-
-/// Where the columns of a table stand.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Columns {
-    count: usize,
-    /// Of θ, Ts, Td, Rs, Rd.
-    places: [usize; 5],
-}
-
-impl Columns {
-    const USUAL: Self = Self { count: 5, places: [0, 1, 2, 3, 4] };
-
-    /// From a header, whose fields stand between commas, semicolons or tabs, else between spaces.
-    /// The angle is the first field that is not one of the four names.
-    fn named(header: &str) -> Result<Self> {
-        let plain = |field: &str| -> String {
-            let name = field.split(['(', '[']).next().unwrap_or_default();
-            name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase()
-        };
-        let mut fields: Vec<String> = match [',', ';', '\t'].into_iter().find(|c| header.contains(*c)) {
-            Some(separator) => header.split(separator).map(plain).collect(),
-            None => header.split_whitespace().map(plain).collect(),
-        };
-        // A separator at the end of every line.
-        fields.truncate(fields.iter().rposition(|f| !f.is_empty()).map_or(0, |last| last + 1));
-        let names = ["ts", "td", "rs", "rd"];
-        let found = names.map(|name| fields.iter().position(|f| f == name));
-        let bad = |message: String| Error::new(message).help("name the columns Ts, Td, Rs and Rd, or leave the header out");
-        if let Some(twice) = names.into_iter().find(|name| fields.iter().filter(|f| f == name).count() > 1) {
-            return Err(bad(format!("the header '{}' names {twice} twice", header.trim())));
-        }
-        match found {
-            [None, None, None, None] => Ok(Self::USUAL),
-            [Some(ts), Some(td), Some(rs), Some(rd)] => {
-                let angle = fields.iter().position(|f| !names.contains(&f.as_str()));
-                // Without a field of its own the angle stands before the others.
-                let shift = usize::from(angle.is_none());
-                let places = [angle.unwrap_or(0), ts + shift, td + shift, rs + shift, rd + shift];
-                Ok(Self { count: fields.len() + shift, places })
-            }
-            _ => Err(bad(format!("the header '{}' names some of the columns only", header.trim()))),
         }
     }
 }

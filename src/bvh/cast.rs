@@ -7,6 +7,9 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
 
+/// The least part of a direction along an axis by which boxes are searched; triangles are met along the direction itself.
+const STILL: f64 = 1e-9;
+
 /// Triangles that rays can meet. The search is in f32 near the triangles' middle, distances are in f64.
 pub(crate) struct Caster {
     bvh: CwBvh,
@@ -32,7 +35,9 @@ impl Caster {
     /// Distance to the nearest triangle farther than `least`, and its number.
     pub(crate) fn nearest(&self, origin: DVec3, direction: DVec3, least: f64) -> Option<(f64, usize)> {
         let at = |v: DVec3| Vec3A::from(v.as_vec3());
-        let ray = Ray::new(at(origin - self.middle), at(direction), 0.0, f32::MAX);
+        // Boxes of no depth are missed by a ray that stands still along one axis: 0 times its endless inverse is no number.
+        let moving = DVec3::from(direction.to_array().map(|c| if c.abs() < STILL { STILL.copysign(c) } else { c }));
+        let ray = Ray::new(at(origin - self.middle), at(moving), 0.0, f32::MAX);
         let mut found: Option<(f64, usize)> = None;
         self.bvh.ray_traverse(ray, &mut RayHit::none(), |_, place| {
             let number = self.bvh.primitive_indices[place] as usize;
@@ -99,5 +104,25 @@ mod tests {
             assert!(hits > 100);
         }
         assert!(Caster::new(Vec::new()).is_none());
+    }
+
+    #[test]
+    fn rays_along_axes_meet_surfaces_square_to_them() {
+        for axis in 0..3 {
+            let at = |u: f64, v: f64| {
+                let mut p = [0.0; 3];
+                (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (u, v);
+                DVec3::from(p)
+            };
+            let square = vec![[at(0., 0.), at(4., 0.), at(4., 6.)], [at(0., 0.), at(4., 6.), at(0., 6.)]];
+            let caster = Caster::new(square).unwrap();
+            for side in [1.0, -1.0] {
+                let mut away = [0.0; 3];
+                away[axis] = side;
+                let (away, point) = (DVec3::from(away), at(2.001, 3.0));
+                assert_eq!(caster.nearest(point + 0.75 * away, -away, 0.0).map(|(d, _)| d), Some(0.75), "axis {axis}");
+                assert_eq!(caster.nearest(point + 0.75 * away, away, 0.0), None);
+            }
+        }
     }
 }

@@ -1,5 +1,5 @@
 //! EN 17037:2018, Daylight in buildings: daylight provision, exposure to sunlight, and the levels that all of its parts
-//! share. Protection from glare is in [`glare`](super::glare). View out needs what stands outside and is not judged.
+//! share. Protection from glare is in [`glare`](super::glare), view out in [`view_out`](super::view_out).
 
 use super::share_of;
 use crate::error::{Error, Result};
@@ -22,7 +22,7 @@ pub enum Level {
 
 impl Level {
     /// The level of so many steps reached, 0 to 3.
-    fn reached(steps: usize) -> Self {
+    pub(super) fn reached(steps: usize) -> Self {
         [Self::None, Self::Minimum, Self::Medium, Self::High][steps.min(3)]
     }
 

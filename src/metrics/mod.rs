@@ -8,6 +8,7 @@
 //! lm83       sDA300/50%, ASE1000,250h and what a grid must be for them
 //! blinds     LM-83's blinds: which groups of windows close in which hour
 //! en17037    daylight provision by both methods, exposure to sunlight, levels
+//! view_out   EN 17037: what an eye sees of the outside
 //! leed       points of LEED v4.1's daylight credit
 //! glare      sGA, sDG and protection over many views
 //! metric     one result, for summaries and tables
@@ -24,6 +25,7 @@ mod metric;
 mod noise;
 mod occupancy;
 mod sensor;
+pub mod view_out;
 mod year;
 
 pub use metric::Metric;

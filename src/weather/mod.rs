@@ -190,6 +190,11 @@ fn days_in(month: u8) -> u8 {
     if month == 2 { 29 } else { (DAYS_BEFORE[usize::from(month)] - DAYS_BEFORE[usize::from(month) - 1]) as u8 }
 }
 
+/// Day of a common year (from 1).
+pub(crate) fn day_of_year(month: u8, day: u8) -> u16 {
+    DAYS_BEFORE[usize::from(month) - 1] + u16::from(day)
+}
+
 /// Counts days of the year along a file: see [`Record::day_of_year`].
 #[derive(Default)]
 struct Calendar {
@@ -198,7 +203,7 @@ struct Calendar {
 
 impl Calendar {
     fn day_of_year(&mut self, month: u8, day: u8) -> u16 {
-        let common = DAYS_BEFORE[usize::from(month) - 1] + u16::from(day);
+        let common = day_of_year(month, day);
         if (month, day) == (2, 29) {
             self.leap_day_seen = true;
             common

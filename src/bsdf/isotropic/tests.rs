@@ -141,8 +141,91 @@ fn the_roos_model_has_its_published_shape() {
     let grazing = table.front.last().unwrap();
     assert!((grazing.specular_reflectance - 1.0).abs() < 1e-9 && grazing.specular_transmittance < 1e-9);
     assert!((table.front[0].specular_reflectance - 0.1).abs() < 1e-12);
-    assert!(AngularTable::roos(normal, normal, 0, 4.0, &mut Warnings::new()).is_err());
     assert!(AngularTable::roos(normal, normal, 1, f64::NAN, &mut Warnings::new()).is_err());
+}
+
+/// First rows of a table of a PDLC pane as a study printed them (Roos' polynomial of beam and diffuse transmittance).
+const PDLC: &str = "0.0,0.5192166899999999,0.04201341999999999,0.2,0.2
+1.0,0.5192112358995501,0.04201297867094156,0.2,0.2
+2.0,0.5191948735961853,0.04201165468360318,0.2,0.2
+3.0,0.5191676030592118,0.04200944803550123,0.2,0.2
+4.0,0.519129424110523,0.04200635871222384,0.2,0.2
+5.0,0.5190803361231647,0.04200238666303984,0.2,0.2
+";
+/// The category of those rows, found from them: 0.25/q is the limit of (1 − τ/τ₀)/z² towards the normal.
+const PDLC_CATEGORY: f64 = 2.938_194_239_920_6;
+
+/// A whole table with the header of the study, θ = 0…90°, with these transmittances at the normal.
+fn pdlc(ts: f64, td: f64) -> String {
+    let row = |degrees: u32| {
+        let share = roos_share(f64::from(degrees), 0, PDLC_CATEGORY);
+        format!("{degrees}.0,{},{},0.2,0.2\n", ts * share, td * share)
+    };
+    format!(",Ts,Td,Rs,Rd\n{}", (0..=90).map(row).collect::<String>())
+}
+
+#[test]
+fn the_rows_of_a_pdlc_study_are_the_roos_polynomial_without_terms_of_panes() {
+    let [printed, _] = rows::rows(PDLC, true).unwrap();
+    let normal = printed[0];
+    for panes in [0, 1] {
+        let table = AngularTable::roos(normal, normal, panes, PDLC_CATEGORY, &mut Warnings::new()).unwrap();
+        let worst = |column: usize| {
+            printed.iter().zip(&table.front).map(|(a, b)| (a.values()[column] - b.values()[column]).abs()).fold(0.0, f64::max)
+        };
+        // To the last digit with p = 0. One pane is off in the ninth digit already within the first five degrees.
+        assert_eq!(worst(0).max(worst(1)) < 5e-16, panes == 0, "p = {panes}: {:e} {:e}", worst(0), worst(1));
+    }
+    let table = AngularTable::parse(&pdlc(normal.specular_transmittance, normal.diffuse_transmittance), &mut Warnings::new()).unwrap();
+    assert_eq!(table.front.len(), 91);
+    for (read, printed) in table.front.iter().zip(&printed) {
+        assert!(read.values().iter().zip(printed.values()).all(|(a, b)| (a - b).abs() < 5e-16), "{read:?} {printed:?}");
+    }
+    assert!(table.front[90].transmittance() < 1e-15);
+}
+
+#[test]
+fn dummy_reflectances_are_warned_about_and_can_be_replaced() {
+    let text = pdlc(0.519_216_69, 0.042_013_42);
+    let warned = |text: &str| {
+        let mut warnings = Warnings::new();
+        AngularTable::parse(text, &mut warnings).unwrap();
+        warnings.iter().map(ToString::to_string).collect::<String>()
+    };
+    assert!(warned(&text).contains("Rs is 0.2 at all angles, as dummy values are"));
+    assert_eq!(warned(TABLE), "");
+    // The table's transmittance is Roos'; so with its own values at the normal the two must agree.
+    let mut warnings = Warnings::new();
+    let table = AngularTable::parse_transmittance(&text, [0.08, 0.03], [0.10, 0.02], &mut warnings).unwrap();
+    let normal = |rs, rd| Sample {
+        theta: 0.0,
+        specular_transmittance: 0.519_216_69,
+        diffuse_transmittance: 0.042_013_42,
+        specular_reflectance: rs,
+        diffuse_reflectance: rd,
+    };
+    let wanted = AngularTable::roos(normal(0.08, 0.03), normal(0.10, 0.02), 0, PDLC_CATEGORY, &mut warnings).unwrap();
+    for (found, wanted) in [(&table.front, &wanted.front), (&table.back, &wanted.back)] {
+        for (a, b) in found.iter().zip(wanted) {
+            assert!(a.values().iter().zip(b.values()).all(|(a, b)| (a - b).abs() < 1e-14), "{a:?} {b:?}");
+            assert!(a.values().iter().sum::<f64>() <= 1.0 + 1e-12);
+        }
+    }
+    assert_eq!((table.front[0].specular_reflectance * 1e9).round(), 0.08e9);
+    assert!((table.front[90].specular_reflectance - 1.0).abs() < 1e-12);
+    assert!(warnings.is_empty());
+    // Dummy values that would make light, missing columns, and an opaque sheet.
+    let transmittance = |text: &str| AngularTable::parse_transmittance(text, [0.08, 0.03], [0.08, 0.03], &mut Warnings::new());
+    let more_than_all = text.replace("0.2,0.2", "0.5,0.5");
+    assert!(AngularTable::parse(&more_than_all, &mut Warnings::new()).unwrap_err().to_string().contains("line 2: at 0°"));
+    let cut = |from: &str| from.replace(",0.2,0.2", "").replace(",Rs,Rd", "");
+    for text in [more_than_all, cut(&text), cut(&text).replace(",Ts,Td\n", "").replace(',', " ")] {
+        assert_eq!(transmittance(&text).unwrap().front, table.front);
+    }
+    assert!(AngularTable::parse(&cut(&text), &mut Warnings::new()).unwrap_err().to_string().contains("some of the columns only"));
+    let opaque = transmittance("0 0 0\n90 0 0\n").unwrap();
+    assert!(opaque.front.iter().all(|s| (s.specular_reflectance - 0.08).abs() < 1e-12 && s.diffuse_reflectance == 0.03));
+    assert!(transmittance("0 .8 .15\n90 0 0\n").unwrap_err().to_string().contains("more than 1"));
 }
 
 #[test]

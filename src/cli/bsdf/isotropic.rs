@@ -11,10 +11,13 @@ use std::process::ExitCode;
 /// The table has rows of: angle of incidence in degrees, Ts, Td, Rs, Rd (specular and diffuse
 /// transmittance and reflectance). 0-90: light from the outside (front); 90-180, optional: light
 /// from the room, 180 being its normal. '#' starts a comment. A first line without numbers names
-/// the columns, in any order: ",Ts,Td,Rs,Rd".
+/// the columns, in any order: ",Ts,Td,Rs,Rd". If Rs and Rd are dummy values, --reflectance replaces
+/// them: over the angle, absorptance and diffuse reflectance follow the transmittance, and mirror
+/// reflection takes the rest.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  lucarne bsdf isotropic table.dat -o film.xml\n  \
     lucarne bsdf isotropic visible.dat --solar solar.dat --name \"film 7\" -o film.xml\n  \
+    lucarne bsdf isotropic visible.csv --reflectance .08,.03 --solar solar.csv --solar-reflectance .09,.03 -o film.xml\n  \
     lucarne bsdf isotropic --normal .60,.10,.08,.05 --panes 2 --category 4 -o pane.xml   # Roos model")]
 pub struct Args {
     /// Table of visible values.
@@ -23,19 +26,25 @@ pub struct Args {
     /// Table of solar values, written into the same file.
     #[arg(long)]
     solar: Option<PathBuf>,
+    /// Visible Rs,Rd at normal incidence in place of those of the table.
+    #[arg(long, requires = "table", group = "visible_normal", value_delimiter = ',', num_args = 1)]
+    reflectance: Option<Vec<f64>>,
+    /// Solar Rs,Rd at normal incidence in place of those of its table.
+    #[arg(long, requires = "solar", group = "solar_incidence", value_delimiter = ',', num_args = 1)]
+    solar_reflectance: Option<Vec<f64>>,
     /// Instead of a table: Ts,Td,Rs,Rd at normal incidence, extended by the model of Roos et al. 2001.
-    #[arg(long, conflicts_with = "table", value_delimiter = ',', num_args = 1)]
+    #[arg(long, conflicts_with = "table", group = "visible_normal", value_delimiter = ',', num_args = 1)]
     normal: Option<Vec<f64>>,
     /// Visible Rs,Rd at normal incidence from the room, if they differ.
-    #[arg(long, requires = "normal", value_delimiter = ',', num_args = 1)]
+    #[arg(long, requires = "visible_normal", value_delimiter = ',', num_args = 1)]
     back: Option<Vec<f64>>,
     /// Solar Ts,Td,Rs,Rd at normal incidence, written into the same file.
-    #[arg(long, requires = "normal", value_delimiter = ',', num_args = 1)]
+    #[arg(long, requires = "normal", conflicts_with = "solar", group = "solar_incidence", value_delimiter = ',', num_args = 1)]
     solar_normal: Option<Vec<f64>>,
     /// Solar Rs,Rd at normal incidence from the room, if they differ.
-    #[arg(long, requires = "solar_normal", value_delimiter = ',', num_args = 1)]
+    #[arg(long, requires = "solar_incidence", value_delimiter = ',', num_args = 1)]
     solar_back: Option<Vec<f64>>,
-    /// Number of panes p of the Roos model.
+    /// Number of panes p of the Roos model; 0 leaves their terms out, as published tables of PDLC films do.
     #[arg(long, default_value_t = 1)]
     panes: u32,
     /// Category q of the Roos model: 4 for uncoated glass.
@@ -57,10 +66,13 @@ pub struct Args {
 
 pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     let basis = super::klems_basis(&args.basis)?;
-    let from_file = |path: &Path, warnings: &mut Warnings| -> Result<Blocks> {
+    let from_file = |path: &Path, [front, back]: [&Given; 2], warnings: &mut Warnings| -> Result<Blocks> {
         let text = text::read(path, "a table of angular values")?;
-        let table = AngularTable::parse(&text, warnings).map_err(|e| e.file(path))?;
-        Ok(table.to_blocks(&basis, warnings))
+        let table = match front.values("Rs,Rd")? {
+            None => AngularTable::parse(&text, warnings),
+            Some(front) => AngularTable::parse_transmittance(&text, front, back.values("Rs,Rd")?.unwrap_or(front), warnings),
+        };
+        Ok(table.map_err(|e| e.file(path))?.to_blocks(&basis, warnings))
     };
     let from_normal = |[front, back]: [&Given; 2], warnings: &mut Warnings| -> Result<Blocks> {
         let [ts, td, rs, rd] = front.values("Ts,Td,Rs,Rd")?.unwrap_or_default();
@@ -74,17 +86,17 @@ pub fn run(args: &Args, warnings: &mut Warnings) -> Result<ExitCode> {
     };
     let mut bsdf = Bsdf { name: args.name.clone(), thickness: args.thickness, ..Bsdf::default() };
     let given = |option, list| Given { option, list };
-    let visible = [&given("--normal", args.normal.as_deref()), &given("--back", args.back.as_deref())];
+    let back = given("--back", args.back.as_deref());
     bsdf.visible = match &args.table {
-        Some(table) => from_file(table, warnings)?,
-        None => from_normal(visible, warnings)?,
+        Some(table) => from_file(table, [&given("--reflectance", args.reflectance.as_deref()), &back], warnings)?,
+        None => from_normal([&given("--normal", args.normal.as_deref()), &back], warnings)?,
     };
+    let back = given("--solar-back", args.solar_back.as_deref());
     if let Some(table) = &args.solar {
-        bsdf.solar = from_file(table, warnings)?;
+        bsdf.solar = from_file(table, [&given("--solar-reflectance", args.solar_reflectance.as_deref()), &back], warnings)?;
     }
     if let Some(normal) = args.solar_normal.as_deref() {
-        let solar = [&given("--solar-normal", Some(normal)), &given("--solar-back", args.solar_back.as_deref())];
-        bsdf.solar = from_normal(solar, warnings)?;
+        bsdf.solar = from_normal([&given("--solar-normal", Some(normal)), &back], warnings)?;
     }
     bsdf::write(args.output.as_deref(), &bsdf, &super::made_by())?;
     Ok(ExitCode::SUCCESS)

@@ -283,7 +283,7 @@ fn faults_in_the_shaders_of_scattering_functions_are_found_out() {
         ("bsdf_scattering/scattering", "child |= 1u << i;", "child |= 2u >> i;", values_agree),
         ("bsdf_scattering/square", "if phi < -FRAC_PI_4 {", "if phi < -2.0 * FRAC_PI_4 {", values_agree),
         ("bsdf_scattering/square", "vec2<f32>(-(phi - 2.0 * FRAC_PI_4)", "vec2<f32>((phi - 2.0 * FRAC_PI_4)", values_agree),
-        ("bsdf_scattering/square", "(2.0 - p.x / p.y)", "(2.0 + p.x / p.y)", samples_follow),
+        ("bsdf_scattering/square", "0.25 - 0.125 *", "0.25 + 0.125 *", samples_follow),
         ("bsdf_scattering/sample", "+ random.y - 0.5)", "+ random.y)", samples_follow),
         ("bsdf_scattering/sample", "low = middle + 1u;", "low = middle + 2u;", samples_follow),
         ("bsdf_scattering/sample", "p.x * turn.x - p.y * turn.y", "p.x * turn.x + p.y * turn.y", samples_follow),

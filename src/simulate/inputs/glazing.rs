@@ -71,13 +71,31 @@ fn sees_sun(bsdf: &Bsdf) -> bool {
 /// rule of peak extraction ([`PUBLISHED_CONTRAST`]), and by light that counts.
 fn block_passes_direct(block: &Block) -> bool {
     let basis = AngleBasis::from(KlemsBasis::Full);
-    let centres: Vec<_> = (0..basis.len()).map(|i| basis.centre(i)).collect();
-    centres.iter().enumerate().any(|(i, incident)| {
-        let ahead = block.evaluate(*incident, *incident);
-        let near = |d: &&DVec3| d.angle_between(*incident).to_degrees() < SURROUND_DEG && *d != incident;
-        let around: Vec<f64> = centres.iter().filter(near).map(|d| block.evaluate(*d, *incident)).collect();
-        let surround = around.iter().sum::<f64>() / around.len().max(1) as f64;
-        ahead > PUBLISHED_CONTRAST * surround && (ahead - surround) * basis.projected_solid_angle(i) > SEEN_THROUGH
+    (0..basis.len()).any(|i| peak(block, &basis, i).is_some_and(|share| share > SEEN_THROUGH))
+}
+
+/// The share of light from a bin that goes straight on, beyond what is scattered around; nothing without a peak there.
+fn peak(block: &Block, basis: &AngleBasis, bin: usize) -> Option<f64> {
+    let incident = basis.centre(bin);
+    let ahead = block.evaluate(incident, incident);
+    let near = |d: &DVec3| d.angle_between(incident).to_degrees() < SURROUND_DEG && *d != incident;
+    let around: Vec<f64> = (0..basis.len()).map(|i| basis.centre(i)).filter(near).map(|d| block.evaluate(d, incident)).collect();
+    let surround = around.iter().sum::<f64>() / around.len().max(1) as f64;
+    (ahead > PUBLISHED_CONTRAST * surround).then(|| (ahead - surround) * basis.projected_solid_angle(bin))
+}
+
+/// Whether what is outside is seen through a window, in one of its states at least: of the light that comes square to it more goes
+/// straight on than is scattered.
+pub(crate) fn is_seen_through(project: &Project, window: &WindowSection) -> bool {
+    window.each_state().iter().any(|s| s.filling.is_clear()) || data_of_states(project, window).iter().flatten().any(shows_view)
+}
+
+fn shows_view(bsdf: &Bsdf) -> bool {
+    let blocks = [&bsdf.visible.transmission_front, &bsdf.visible.transmission_back];
+    let basis = AngleBasis::from(KlemsBasis::Full);
+    blocks.into_iter().flatten().next().is_some_and(|block| {
+        let passed: f64 = (0..basis.len()).map(|o| block.evaluate(basis.centre(o), basis.centre(0)) * basis.projected_solid_angle(o)).sum();
+        peak(block, &basis, 0).is_some_and(|straight| straight > passed / 2.0)
     })
 }
 
@@ -120,6 +138,8 @@ mod tests {
         let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
         let seen = |name: &str| sees_sun(&crate::bsdf::read(&scenes.join(name), &mut Warnings::new()).unwrap());
         assert!(seen("office/bsdf/double_clear.xml") && seen("bsdf/clear.xml") && seen("bsdf/woven.xml"));
+        let view = |name: &str| shows_view(&crate::bsdf::read(&scenes.join(name), &mut Warnings::new()).unwrap());
+        assert!(view("office/bsdf/double_clear.xml") && view("bsdf/clear.xml") && !view("bsdf/cloudy.xml"), "5 % straight of 65 %");
         let basis = AngleBasis::from(KlemsBasis::Full);
         let with_peak = |share: f64| {
             let lambda: Vec<f64> = (0..basis.len()).map(|i| basis.projected_solid_angle(i)).collect();

@@ -9,6 +9,7 @@ pub(crate) mod grids;
 pub(crate) mod import;
 pub mod mirrors;
 mod models;
+pub(crate) mod outlook;
 pub mod parts;
 pub(crate) mod reach;
 pub(crate) mod shade;

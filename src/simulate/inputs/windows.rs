@@ -34,6 +34,8 @@ pub struct ProjectWindow {
     pub transmission: Matrix<f64>,
     /// What it is made of, for people.
     pub made_of: String,
+    /// Whether what is outside is seen through it, in one of its states at least.
+    pub see_through: bool,
     /// The clear pane that it is, if it is one; the sun is traced through it (`shade`).
     pub glass: Option<Pane>,
     /// What the sun is traced through, if by anything but the transmission.
@@ -152,6 +154,7 @@ pub(super) fn read_windows(
             .file(&section.surface)
             .help("give each its own [[window]] with its own shade"));
     }
+    let see_through = super::glazing::is_seen_through(project, section);
     let mut windows = Vec::new();
     for window in surfaces {
         let bins = window.basis.len();
@@ -172,6 +175,7 @@ pub(super) fn read_windows(
             window,
             transmission: first.transmission,
             made_of: first.made_of,
+            see_through,
             glass: first.glass,
             shade: first.shade,
             pane: first.pane,

@@ -316,6 +316,13 @@ pub const SECTIONS: &[Section] = &[
             key("daylight_saving", "[MM-DD, MM-DD]", "standard time", "First day of summer time and first day without, for LM-83's clock."),
             key("openings", "`side`, `roof`", "`side`", "EN 17037's table of daylight provision: A.1, or A.2 for horizontal openings."),
             key("median_diffuse", "lx", "of the weather", "Median diffuse illuminance outdoors of EN 17037's method 1."),
+            key("sunlight_date", "MM-DD", "03-21", "Day of EN 17037's exposure to sunlight, from 1 February to 21 March."),
+            key(
+                "sunlight_altitude",
+                "0 … 60 degrees",
+                "10",
+                "Least altitude of the sun that counts there; the standard's depends on the place.",
+            ),
         ],
     },
     Section {

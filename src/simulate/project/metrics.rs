@@ -9,11 +9,13 @@
 //! daylight_saving = ["03-29", "10-25"]  # clocks are an hour ahead from the first day until before the second
 //! openings = "side"                   # EN 17037: "side" (table A.1) | "roof" (horizontal, table A.2)
 //! median_diffuse = 19600              # EN 17037 method 1: lx outdoors; left out: by the weather
+//! sunlight_date = "03-21"             # EN 17037 exposure to sunlight: a day from 1 February to 21 March
+//! sunlight_altitude = 10              # and the least altitude of the sun that counts, degrees
 //! ```
 
 use super::table::Table;
 use crate::error::Result;
-use crate::metrics::en17037::Openings;
+use crate::metrics::en17037::{Openings, exposure_to_sunlight};
 use crate::metrics::{AUTONOMY_LX, Clock, EXCEEDED_LX, FELL_SHORT_LX};
 use crate::weather::time::Time;
 use std::path::PathBuf;
@@ -82,6 +84,10 @@ pub struct MetricsSection {
     pub openings: Openings,
     /// Median of the diffuse illuminance outdoors, lx.
     pub median_diffuse: Option<f64>,
+    /// Day of EN 17037's exposure to sunlight: month and day.
+    pub sunlight_date: (u8, u8),
+    /// Altitude of the sun from which it counts there, degrees.
+    pub sunlight_altitude: f64,
 }
 
 impl Default for MetricsSection {
@@ -94,6 +100,8 @@ impl Default for MetricsSection {
             clock: Clock::default(),
             openings: Openings::default(),
             median_diffuse: None,
+            sunlight_date: (3, 21),
+            sunlight_altitude: 10.0,
         }
     }
 }
@@ -141,16 +149,29 @@ impl MetricsSection {
         section.clock = clock(&mut table)?;
         section.openings = table.choice("openings", &[("side", Openings::Side), ("roof", Openings::Roof)])?.unwrap_or_default();
         section.median_diffuse = table.number("median_diffuse", 100.0..=1e6)?;
+        if let Some(text) = table.string("sunlight_date")? {
+            let date = day(&text).filter(|(month, day)| exposure_to_sunlight(0.0, (*month, *day)).is_ok());
+            section.sunlight_date = date.ok_or_else(|| {
+                table
+                    .error("sunlight_date", format!("'{text}' is no day between 1 February and 21 March"))
+                    .help("EN 17037 judges the sun on a day of these weeks: sunlight_date = \"03-21\"")
+            })?;
+        }
+        section.sunlight_altitude = table.number("sunlight_altitude", 0.0..=60.0)?.unwrap_or(section.sunlight_altitude);
         table.finish()?;
         Ok(section)
     }
 }
 
+/// `03-21`: month and day.
+fn day(text: &str) -> Option<(u8, u8)> {
+    Time::parse(&format!("{text}T00:00")).map(|t| (t.month, t.day)).ok()
+}
+
 fn clock(table: &mut Table<'_, '_>) -> Result<Clock> {
     const HELP: &str = "write the first day of summer time and the first day without it, as [\"03-29\", \"10-25\"]";
     let Some(days) = table.strings("daylight_saving", "[\"03-29\", \"10-25\"]")? else { return Ok(Clock::Standard) };
-    let day = |text: &String| Time::parse(&format!("{text}T00:00")).map(|t| (t.month, t.day)).ok();
-    match days.iter().map(day).collect::<Option<Vec<_>>>().as_deref() {
+    match days.iter().map(|text| day(text)).collect::<Option<Vec<_>>>().as_deref() {
         Some(&[from, until]) if from != until => Ok(Clock::Saving { from, until }),
         _ => Err(table.error("daylight_saving", "summer time needs two days").help(HELP)),
     }
@@ -183,10 +204,13 @@ mod tests {
             ("autonomy", 500.into()),
             ("daylight_saving", list(&["10-04", "04-05"])),
             ("openings", text("roof")),
+            ("sunlight_date", text("02-10")),
+            ("sunlight_altitude", 11.into()),
         ])
         .unwrap();
         assert!(matches!(&read.occupancy, OccupancyChoice::File(f) if f.ends_with("points.txt")));
         assert_eq!((read.families.clone(), read.autonomy, read.openings), (vec![Family::Leed, Family::Lm83], 500.0, Openings::Roof));
+        assert_eq!((read.sunlight_date, read.sunlight_altitude), ((2, 10), 11.0));
         assert!(read.wants(Family::Leed) && !read.wants(Family::En17037));
         assert_eq!(read.clock, Clock::Saving { from: (10, 4), until: (4, 5) });
         for (key, value, words) in [
@@ -196,6 +220,8 @@ mod tests {
             ("useful", toml::Value::from(vec![100, 3000, 300]), "three rising numbers"),
             ("daylight_saving", list(&["03-32", "10-25"]), "two days"),
             ("openings", text("skylight"), "choose"),
+            ("sunlight_date", text("06-21"), "between 1 February and 21 March"),
+            ("sunlight_altitude", 90.into(), "60"),
             ("autonom", 300.into(), "did you mean 'autonomy'?"),
         ] {
             let error = section(&[(key, value)]).unwrap_err().to_string();

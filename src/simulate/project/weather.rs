@@ -93,6 +93,11 @@ const GROUND_ALBEDO: f64 = 0.2;
 const STEPS: [u64; 12] = [1, 2, 3, 4, 5, 6, 10, 12, 15, 20, 30, 60];
 
 impl WeatherSection {
+    /// Whether it tells where the sun stands.
+    pub(crate) fn has_site(&self) -> bool {
+        self.given.is_none() && self.moments.as_ref().is_none_or(|m| m.site.is_some())
+    }
+
     /// The weather: what the file holds, or the moments, with the steps that count.
     ///
     /// # Errors

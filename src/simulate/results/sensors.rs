@@ -11,10 +11,12 @@ use crate::metrics::{Estimated, Metric, lm83};
 use crate::scene::points::Sensor;
 use crate::simulate::context::Context;
 use crate::simulate::inputs::counting::{Counting, FACTOR, MEAN};
+use crate::simulate::inputs::outlook::Outlook;
 use crate::simulate::inputs::split;
 use crate::simulate::light::{Daylight, Light, Skies, WindowLight, multiply, transmitted};
 use crate::simulate::phases::sky::overcast;
 use crate::simulate::project::Quantity;
+use crate::simulate::project::metrics::Family;
 use crate::simulate::sampling::chain::Chain;
 use crate::simulate::sampling::estimate::Estimate;
 use crate::simulate::store::fingerprint::Fingerprint;
@@ -239,6 +241,8 @@ pub(crate) fn write(
     let mean_column = counting.column(MEAN).expect("the mean is always counted");
     let (mut sensors, mut facts, mut rest) = (Vec::new(), Vec::new(), dark);
     let parts = split(lux, groups).into_iter().zip(split(&errors.standard_error, groups));
+    let looks_out = counting.section.wants(Family::En17037) && !quantity.is_solar() && !groups.is_empty();
+    let outlook = if looks_out { Outlook::new(context.inputs) } else { None };
     let mut first = 0;
     for (i, (group, (part, error))) in groups.iter().zip(parts).enumerate() {
         context.progress.update("writing", i as f64 / groups.len() as f64);
@@ -257,6 +261,7 @@ pub(crate) fn write(
             positions: group.sensors.iter().map(|s| s.position).collect(),
             faces_up: group.sensors.iter().map(Sensor::faces_up).collect(),
             not_bare: not_bare(context),
+            outlook: if looks_out { metrics::outlook::judge(context, outlook.as_ref(), group)? } else { Vec::new() },
         };
         match quantity {
             Quantity::Illuminance => {

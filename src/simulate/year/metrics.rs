@@ -52,6 +52,8 @@ pub fn judge_folder(folder: &Path, section: &MetricsSection) -> Result<Vec<Metri
             positions: places.iter().map(|p| p[0]).collect(),
             faces_up: places.iter().map(|p| crate::scene::points::faces_up(p[1])).collect(),
             not_bare: not_bare.clone(),
+            // Geometry is not kept; what it decided is.
+            outlook: group.metrics.iter().filter(|m| tables::outlook::NAMES.contains(&m.name.as_str())).cloned().collect(),
         };
         groups.push((facts, lux, errors, kept));
     }

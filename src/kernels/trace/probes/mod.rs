@@ -9,6 +9,8 @@ use crate::kernels::daylight_matrix::SkyRow;
 #[cfg(test)]
 mod bins;
 #[cfg(test)]
+mod circle;
+#[cfg(test)]
 mod leaks;
 #[cfg(test)]
 mod material;
@@ -162,9 +164,10 @@ gpu_struct! {
 
 /// Shaders of this module, for the tests.
 pub fn registered() -> Vec<Shader> {
-    vec![RANDOM, MATERIAL, BINS, WINDOWS, RAYS, LEAKS]
+    vec![CIRCLE, RANDOM, MATERIAL, BINS, WINDOWS, RAYS, LEAKS]
 }
 
+const CIRCLE: Shader = shader("diagnostic/probe_circle", &[]);
 const RANDOM: Shader = shader("diagnostic/probe_random", &[&[RandomProbeParams::DECLARED]]);
 const MATERIAL: Shader = shader("diagnostic/probe_material", &[&[MaterialProbe::DECLARED, MaterialAnswer::DECLARED]]);
 const BINS: Shader =

@@ -19,6 +19,8 @@ pub struct GroupFacts {
     pub faces_up: Vec<bool>,
     /// Why direct sun is not that through bare windows, if it is not.
     pub not_bare: Option<String>,
+    /// View out and exposure to sunlight, which geometry decides.
+    pub outlook: Vec<Metric>,
 }
 
 impl GroupFacts {
@@ -162,7 +164,7 @@ impl Judge<'_> {
         notes
     }
 
-    /// Daylight provision by both methods, and what is not judged.
+    /// Daylight provision by both methods, view out and exposure to sunlight.
     fn en17037(&self) -> Vec<Metric> {
         let counting = self.samples.counting;
         if !counting.section.wants(Family::En17037) || counting.are_moments && counting.section.median_diffuse.is_none() {
@@ -203,16 +205,7 @@ impl Judge<'_> {
             let decision = Decision::new(level_of(found), (0..self.draws()).map(|d| level_of(level(&self.drawn(d, column)))));
             metrics.push(self.provision(by_factor, &decision, found).note(format!("median diffuse illuminance outdoors {median:.0} lx")));
         }
-        for (name, title, why) in [
-            ("en17037_view_out", "EN 17037 view out", "not judged: it needs what stands outside, how far off, and in which layers"),
-            (
-                "en17037_sunlight",
-                "EN 17037 exposure to sunlight",
-                "not judged: it needs a reference point in the opening and a cloudless day",
-            ),
-        ] {
-            metrics.push(Metric::new(name, title, "", en17037::SOURCE).note(why));
-        }
+        metrics.extend(self.facts.outlook.iter().cloned());
         metrics
     }
 

@@ -1,6 +1,7 @@
 //! Named metrics of a run, or of a result folder, with what noise makes of them.
 
 mod judge;
+pub(crate) mod outlook;
 mod samples;
 mod tables;
 
