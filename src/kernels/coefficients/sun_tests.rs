@@ -151,8 +151,11 @@ fn faults_in_what_suns_bring_are_found_out() {
     }
     let mut survivors = Vec::new();
     for (path, from, to) in [
+        ("coefficients/sun_starts", "(cosine * window.area / area * total)", "(cosine * total)"),
+        ("coefficients/sun_starts", "light.weight * (total * PI)", "light.weight * total"),
         ("coefficients/sun_starts", "(f32(params.samples) / f32(count))", "1.0"),
         ("coefficients/sun_starts", "params.first_pane + w)", "params.first_pane)"),
+        ("coefficients/sunlight", "(cosine * FRAC_1_PI)", "FRAC_1_PI"),
         ("coefficients/sunlight", "result.weight *= sum;", ""),
         ("coefficients/gather", "params.sunlit, (label", "OTHER, (label"),
         ("coefficients/sun_surfaces", "ray.weight / f32(params.straight)", "ray.weight / f32(params.samples)"),
@@ -160,6 +163,7 @@ fn faults_in_what_suns_bring_are_found_out() {
         ("coefficients/sun_surfaces", "path.near_share, share_of_sky(path)", "share_of_sky(path), share_of_sky(path)"),
         ("coefficients/sun_surfaces", "path.near_share, share_of_sky(path)", "path.near_share, path.near_share"),
         ("coefficients/sun_surfaces", "chosen.flux *= sum / chosen.strength;", ""),
+        ("coefficients/sun_surfaces", "ray.weight * weight * path.near_share", "ray.weight * path.near_share"),
         ("coefficients/sun_surfaces", "params.most_bounces - path.bounces", "params.most_bounces"),
         ("coefficients/sun_surfaces", "step.weight * FRAC_1_PI, 0.0, 1.0, true", "step.weight * FRAC_1_PI, 1.0, 0.0, true"),
         ("coefficients/sun_gather", "counted * cosine * whole", "counted * whole"),
@@ -167,6 +171,7 @@ fn faults_in_what_suns_bring_are_found_out() {
         ("coefficients/sun_gather", "select(surface.beside, surface.through,", "select(surface.through, surface.through,"),
         ("coefficients/sun_gather", "sum <= threshold", "sum < 0.0"),
         ("coefficients/sun_gather", "passed * surface.flux", "surface.flux"),
+        ("coefficients/from_sensor", "max(1.0 - ratio * ratio, 0.0)", "1.0"),
     ] {
         let all = || ways.iter().try_for_each(|(lit, options)| lit.check(&device, options).map(|_| ()));
         match mutation::with(path, from, to, all) {

@@ -88,12 +88,14 @@ pub(crate) fn coefficient_options(project: &Project, round: u32) -> CoefficientO
         seed: seed(project, 0, round),
         first_round: round == 0,
         sun_paths: sun_paths(project),
-        sun_sets: sun_options(project).path_sets,
+        // Surfaces cost little beside the rays from them, and what few of them get wrong goes through the year.
+        sun_sets: 4 * sun_options(project).path_sets,
         ..standard
     }
 }
 
-/// Light paths of each sun, and batch, into rooms behind glass, and paths of each sensor to surfaces in the sun. As [`sun_options`], whatever the rounds.
+/// Light paths of each sun, and batch, into rooms behind glass, and paths of each sensor to surfaces in the sun. As
+/// [`sun_options`], whatever the rounds.
 fn sun_paths(project: &Project) -> Option<u32> {
     let paths = match project.quality.preset {
         Preset::Draft => 32,

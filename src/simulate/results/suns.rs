@@ -10,7 +10,7 @@ use crate::simulate::inputs::shade;
 use crate::simulate::inputs::suns::SunSet;
 use crate::simulate::phases::facade_suns::FacadeSuns;
 use crate::simulate::phases::sun::{SunEntry, write_suns};
-use crate::simulate::plan::presets::sun_options;
+use crate::simulate::plan::presets::{coefficient_options, sun_options};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -42,8 +42,12 @@ impl TracedSuns {
         let way = if context.choice.direct { SunEntry::Anywhere } else { SunEntry::Windows };
         let (matrix, traced) = facade.matrix(context, &inputs.sensors, way, "")?;
         write_suns(context, &facade.base)?;
-        // Through panes all suns share their cells.
-        let error_sets = if used.iter().any(|w| w.pane.is_some()) { 1 } else { sun_options(project).path_sets as usize };
+        // Through panes of data all suns share their cells; where sensors see the sky, the surfaces that their own paths meet.
+        let error_sets = match way {
+            _ if used.iter().any(|w| w.pane.is_some()) => 1,
+            SunEntry::Anywhere => coefficient_options(project, 0).sun_sets,
+            SunEntry::Windows => sun_options(project).path_sets,
+        } as usize;
         for group in &inputs.sensors {
             let (name, seconds) = (format!("C_{}", group.name), clock.elapsed().as_secs_f64());
             ledger.note(
