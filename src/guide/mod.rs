@@ -30,6 +30,11 @@ pub mod moving {
     #![doc = include_str!("moving.md")]
 }
 
+/// States that a run decides: rules, LM-83's blinds, the best of each step.
+pub mod control {
+    #![doc = include_str!("control.md")]
+}
+
 /// Pictures of every hour.
 pub mod pictures {
     #![doc = include_str!("pictures.md")]

@@ -10,6 +10,10 @@ use glam::DVec3;
 
 /// The edition that is followed.
 pub const SOURCE: &str = "IES LM-83-12";
+/// Name of the share in files where it is LM-83's own.
+pub const SDA: &str = "sda_300_50";
+/// What it is called then.
+pub const SDA_TITLE: &str = "LM-83 sDA300/50%: sensors with 300 lx in half of the hours, with its blinds";
 /// Illuminance of sDA, lx.
 pub const SDA_LX: f64 = super::AUTONOMY_LX;
 /// Share of the hours that sDA asks for.

@@ -150,6 +150,11 @@ impl Light {
         Self { right, bins, hours, all_hours: skies.whole.cols() }
     }
 
+    /// Hours alone, without light.
+    pub fn hours_of(skies: &Skies) -> Self {
+        Self { right: Matrix::zeros(0, 0, 3), bins: 0, hours: lit_columns(&skies.whole), all_hours: skies.whole.cols() }
+    }
+
     /// Light of one hour, dark or not, `T·(D·S)`: what follows a pointer through the year.
     ///
     /// # Errors

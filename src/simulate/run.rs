@@ -6,10 +6,11 @@ use super::inputs::suns::SunCensus;
 use super::inputs::{Differences, Inputs, reach};
 use super::light::{Daylight, Light, Skies};
 use super::overall::Overall;
-use super::phases::sampled::sampled;
+use super::phases::sampled::{keep_transmissions, sampled};
 use super::phases::sky::sky;
 use super::project::Project;
 use super::results::annual;
+use super::results::control::decide;
 use super::results::glare::{GlareJob, GlareSummary};
 use super::results::mirrored;
 use super::results::sensors::{self, SensorSummary};
@@ -50,6 +51,7 @@ use std::time::Instant;
 /// | `illuminance/SENSORS_annual.csv` | mean, daylight autonomy, useful daylight, daylight factor and what else metrics count of each sensor, with their standard errors |
 /// | `illuminance/states/GROUP/STATE/SENSORS.mtx`, `SENSORS_direct.mtx` | of windows with states: what each group sends in each, and its direct sunlight of traced suns; `illuminance/states/SENSORS.mtx`: the windows without states. The light of any combination is the sum over the groups |
 /// | `control/schedule.csv` | the state of each group in every time step, as `[control]` reads it |
+/// | `control/reasons.csv`, `signals.csv`, `values.csv` | where the run decides: why each group is in its state, what rules looked at, what each state is worth of optimal ones |
 /// | `metrics/metrics.csv` | named metrics of each group and of all, with error, class, doubts |
 /// | `metrics/hours.csv`, `SENSORS_sensors.csv` | time steps with the diffuse illuminance outdoors and which schedules count them; where sensors are and face |
 /// | `illuminance/SENSORS_moments.csv` | named moments: mean, least and most lux of each, and daylight factors |
@@ -119,6 +121,19 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
 
     let dark = reach::check(inputs, &sampled.view.total(), context.choice.direct, warnings)?;
 
+    let skies = Skies { whole: sky, sun: sampled.sun.clone() };
+    let multiplier = product::for_device(context.device)?;
+    let multiplier = multiplier.as_ref();
+    let at_windows = Daylight { total: &daylight, direct: &daylight_direct };
+    let hours = Light::hours_of(&skies);
+    let before = Made { multiplier, sampled: &sampled, skies: &skies, light: &hours, at_sensors: &hours, suns: None };
+    let mut decision = decide(context, &counting, &before, at_windows, &mut ledger)?;
+    // From here on the façade is as decided.
+    let decided = decision.as_ref().map(|d| inputs.with_schedule(d.schedule.clone()));
+    let inputs = decided.as_ref().unwrap_or(inputs);
+    let context = &Context { inputs, ..*context };
+    keep_transmissions(context, &sampled)?;
+
     let clock = Instant::now();
     progress.begin("Cds of sensors");
     let suns = TracedSuns::trace(context, &mut ledger, warnings)?;
@@ -128,14 +143,11 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     context.check_stop()?;
     progress.begin("illuminance");
     progress.update("product", 0.0);
-    let skies = Skies { whole: sky, sun: sampled.sun.clone() };
-    let multiplier = product::for_device(context.device)?;
-    let multiplier = multiplier.as_ref();
     let from_sky = sampled.sees_sky.then(|| Light::of_sky(&skies, Differences::NeverNegative));
     let from_windows = match &from_sky {
         // No receiver needs it.
         Some(_) if daylight.is_empty() => None,
-        _ => Some(Light::of_facade(inputs, Daylight { total: &daylight, direct: &daylight_direct }, multiplier, &skies)?),
+        _ => Some(Light::of_facade(inputs, at_windows, multiplier, &skies)?),
     };
     let (Some(at_sensors), Some(light)) = (from_sky.as_ref().or(from_windows.as_ref()), from_windows.as_ref().or(from_sky.as_ref())) else {
         unreachable!("light comes from the sky, or from windows");
@@ -150,14 +162,16 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     }
     ledger.seconds.product = clock.elapsed().as_secs_f64();
 
-    let errors = timed(&mut ledger.seconds.error_estimate, || sensors::errors(context, &counting, &made, &lux))?;
+    let errors = timed(&mut ledger.seconds.error_estimate, || {
+        sensors::errors(context, &counting, &made, &lux, decision.as_ref().and_then(|d| d.blinds.as_ref()))
+    })?;
 
     let clock = Instant::now();
-    let (groups, metrics) = sensors::write(context, &counting, &lux, &errors, &dark)?;
+    let (groups, metrics) = sensors::write(context, &counting, &lux, &errors, &dark, decision.as_ref().and_then(|d| d.blinds.as_ref()))?;
     sensors::write_sky(context, &made)?;
-    let at_windows = Daylight { total: &daylight, direct: &daylight_direct };
-    states::write(context, &made, at_windows, &mut ledger)?;
+    states::write(context, &made, at_windows, decision.as_mut().and_then(|d| d.light.take()), &mut ledger)?;
     write_schedule(context)?;
+    let control = decision.as_ref().map(|d| d.write(context, &counting, warnings)).transpose()?;
     let pictures = views::pictures(context, &mut ledger, &made, warnings)?;
     ledger.seconds.write = clock.elapsed().as_secs_f64();
 
@@ -186,6 +200,7 @@ pub(super) fn compute(context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let census = suns.as_ref().map(|suns| suns.set().census.clone());
     let summary = Summary {
         metrics,
+        control,
         ..summary(context, &ledger, multiplier.description(), groups, pictures, glare, errors.estimated, census, warnings)
     };
     summary.write(&context.store.summary_path())?;
@@ -259,6 +274,7 @@ fn summary(
         matrices_are_given,
         sensors,
         metrics: Vec::new(),
+        control: None,
         views,
         glare,
         matrices: ledger.matrices.clone(),

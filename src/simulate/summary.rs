@@ -1,6 +1,7 @@
 //! What a run did, for people and for programs: `summary.json`.
 
 use super::context::{MatrixSummary, Seconds};
+use super::results::control::ControlSummary;
 use super::results::sensors::SensorSummary;
 use super::results::views::ViewSummary;
 use super::store::Store;
@@ -61,6 +62,9 @@ pub struct Summary {
     /// Groups of windows that have states.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<GroupSummary>,
+    /// Of groups whose states the run decided: how, and what came of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub control: Option<ControlSummary>,
     /// Of a project that names no windows, the scene's glass that was not taken for windows, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub glass_left: Vec<String>,

@@ -89,7 +89,7 @@ impl Path<'_> {
         self.lights.fill(step, &mut buffer);
         let of = |states: &Vec<State>| {
             let light = self.light(&buffer, states);
-            (self.problem.excess(&light, None) == 0.0).then(|| self.problem.gain(&light))
+            (self.problem.excess(&light, None, self.problem.whole(&buffer, states)) == 0.0).then(|| self.problem.gain(&light))
         };
         let mut gains: Vec<Option<f64>> = self.combinations.par_iter().map(of).collect();
         if gains.iter().all(Option::is_none) {
@@ -115,7 +115,8 @@ impl Path<'_> {
         let states = self.combinations[number].clone();
         let light = self.light(&buffer, &states);
         let value = self.problem.value(self.problem.gain(&light));
-        Best { value, excess: self.problem.excess(&light, None), states, may_be_lost: 0.0 }
+        let excess = self.problem.excess(&light, None, self.problem.whole(&buffer, &states));
+        Best { value, excess, states, may_be_lost: 0.0 }
     }
 
     /// Costs of all combinations after a step.

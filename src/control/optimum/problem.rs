@@ -33,6 +33,13 @@ pub enum Limit {
         /// No more than this share of them.
         share: f64,
     },
+    /// One of the values of a combination as a whole, which is no sum over the groups: the DGP of a view.
+    Whole {
+        /// Its number.
+        number: usize,
+        /// The limit, above 0.
+        limit: f64,
+    },
 }
 
 /// What is best.
@@ -59,6 +66,8 @@ pub struct Problem {
     pub sensors: usize,
     /// All channels.
     pub channels: usize,
+    /// Values that each combination has as a whole.
+    pub wholes: usize,
     /// Limits.
     pub limits: Vec<Limit>,
     /// Aim.
@@ -69,8 +78,8 @@ pub struct Problem {
 
 /// Light of a step.
 pub trait Lights: Sync {
-    /// Fills in the light of a step: first `[channel]` of what never changes, then `[group][state][channel]`. None is
-    /// negative.
+    /// Fills in the light of a step: first `[channel]` of what never changes, then `[group][state][channel]`, then what
+    /// combinations have as wholes, `[combination][number]`, the state of the last group changing fastest. None is negative.
     fn fill(&self, step: usize, values: &mut [f64]);
 }
 
@@ -80,7 +89,19 @@ impl Problem {
 
     /// Number of values of a step.
     pub fn values(&self) -> usize {
+        let combinations = if self.wholes > 0 { self.states.iter().product() } else { 0 };
+        self.sums() + self.wholes * combinations
+    }
+
+    /// Those that are summed over the groups.
+    fn sums(&self) -> usize {
         self.channels * (1 + self.states.iter().sum::<usize>())
+    }
+
+    /// What a combination has as a whole.
+    pub(super) fn whole<'v>(&self, values: &'v [f64], states: &[State]) -> &'v [f64] {
+        let number = self.states.iter().zip(states).fold(0, |number, (count, state)| number * count + usize::from(*state));
+        if self.wholes > 0 { &values[self.sums() + self.wholes * number..][..self.wholes] } else { &[] }
     }
 
     /// Where the channels of a group's state begin.
@@ -107,14 +128,14 @@ impl Problem {
     }
 
     /// By how much light exceeds the limits, relative; 0 if it does not. With `more` light that may be added still: at
-    /// least so much.
-    pub(super) fn excess(&self, light: &[f64], more: Option<&[f64]>) -> f64 {
-        self.limits.iter().map(|limit| limit.excess(light, more)).fold(0.0, f64::max)
+    /// least so much. `whole`: what the combination has as a whole, nothing of a part of one.
+    pub(super) fn excess(&self, light: &[f64], more: Option<&[f64]>, whole: &[f64]) -> f64 {
+        self.limits.iter().map(|limit| limit.excess(light, more, whole)).fold(0.0, f64::max)
     }
 }
 
 impl Limit {
-    fn excess(&self, light: &[f64], more: Option<&[f64]>) -> f64 {
+    fn excess(&self, light: &[f64], more: Option<&[f64]>, whole: &[f64]) -> f64 {
         let over = |value: f64, limit: f64| if value > limit { value / limit - 1.0 } else { 0.0 };
         match self {
             Self::Most { channel, limit } => over(light[*channel], *limit),
@@ -125,6 +146,7 @@ impl Limit {
                 let contrast = if around > 0.0 { b * (1.0 + light[*contrast] / around.powf(1.87)).log10() } else { 0.0 };
                 over((a * ev + contrast + c).min(1.0), *limit)
             }
+            Self::Whole { number, limit } => whole.get(*number).map_or(0.0, |value| over(*value, *limit)),
             Self::Share { channels, above, share } => {
                 let count = light[channels.clone()].iter().filter(|e| **e > *above).count();
                 let part = count as f64 / channels.len().max(1) as f64;

@@ -87,6 +87,7 @@ impl<'a> Search<'a> {
                 Limit::Most { channel, .. } => is_active[*channel] = true,
                 Limit::Dgp { illuminance, contrast, .. } => [*illuminance, *contrast].iter().for_each(|c| is_active[*c] = true),
                 Limit::Share { channels, .. } => is_active[channels.clone()].fill(true),
+                Limit::Whole { .. } => {}
             }
         }
         let active: Vec<usize> = (0..problem.channels).filter(|c| is_active[*c]).collect();
@@ -143,7 +144,11 @@ impl<'a> Search<'a> {
     fn descend(&mut self, chosen: usize, daylight: f64, wanted: Wanted) {
         let is_whole = chosen == self.states.len();
         let bound = self.bound(chosen, daylight);
-        let excess = self.problem.excess(&self.sums[chosen], (!is_whole).then_some(&self.most[chosen][..]));
+        let (more, whole) = match is_whole {
+            true => (None, self.problem.whole(self.light, &self.states)),
+            false => (Some(&self.most[chosen][..]), &[][..]),
+        };
+        let excess = self.problem.excess(&self.sums[chosen], more, whole);
         if wanted == Wanted::Gain && excess > 0.0 {
             return;
         }

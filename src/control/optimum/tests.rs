@@ -34,6 +34,7 @@ fn problem(states: &[usize], aim: Aim, limit: f64) -> Problem {
         states: states.to_vec(),
         sensors: 8,
         channels: 10,
+        wholes: 0,
         limits: vec![dgp, Limit::Most { channel: 8, limit: 5000.0 }, Limit::Share { channels: 0..8, above: 3000.0, share: 0.25 }],
         aim,
         most_visits: Problem::EXACT,
@@ -116,6 +117,40 @@ fn the_optimum_is_that_of_trying_all() {
         assert_eq!(found.schedule.of_step(6), [0; 4]);
     }
     assert!(met > 200 && exceeded > 50, "{met} {exceeded}");
+}
+
+#[test]
+fn values_of_whole_combinations_are_limits_too() {
+    let states = [3, 4, 2];
+    let (facade, combinations) = (facade(&states), all_combinations(&states));
+    let sums = problem(&states, AIMS[0], 0.35);
+    let mut limits = sums.limits.clone();
+    limits.push(Limit::Whole { number: 1, limit: 0.4 });
+    let problem = Problem { wholes: 2, limits, ..sums.clone() };
+    // Of each combination a value that does not count and one that does.
+    let Given(mut values) = lights(&sums, 100, 5);
+    let mut random = Random(8);
+    values.iter_mut().for_each(|step| step.extend((0..2 * combinations.len()).map(|_| random.next())));
+    let lights = Given(values);
+    let judge = |step: usize, number: usize| {
+        let (excess, gain) = judged(&sums, &lights.0[step][..sums.values()], &combinations[number]);
+        let whole = lights.0[step][sums.values() + 2 * number + 1];
+        (excess.max(whole / 0.4 - 1.0).max(0.0), gain)
+    };
+    let found = optimum(&problem, &facade, &lights, 100).unwrap();
+    let steady = fewest_moves(&problem, &facade, &lights, 100).unwrap();
+    let mut met = 0;
+    for step in 0..100 {
+        let number = |of: &Optimum| combinations.iter().position(|c| *c == of.schedule.of_step(step)).unwrap();
+        let all: Vec<(f64, f64)> = (0..combinations.len()).map(|n| judge(step, n)).collect();
+        let least = all.iter().map(|j| j.0).fold(f64::INFINITY, f64::min);
+        let most = all.iter().filter(|j| j.0 <= least + 1e-12).map(|j| j.1).fold(f64::NEG_INFINITY, f64::max);
+        let (excess, gain) = all[number(&found)];
+        assert!((excess - least).abs() < 1e-9 && (gain - most).abs() < 1e-9 * most.max(1.0), "{step}: {excess} {least}, {gain} {most}");
+        assert!((all[number(&steady)].0 - least).abs() < 1e-9, "{step}");
+        met += usize::from(least == 0.0);
+    }
+    assert!(met > 50, "{met}");
 }
 
 #[test]

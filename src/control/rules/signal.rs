@@ -81,7 +81,7 @@ impl Signal {
     }
 
     /// Its unit; empty of numbers.
-    pub(super) fn unit(self) -> &'static str {
+    pub fn unit(self) -> &'static str {
         match self {
             Self::Irradiance(_) => "W/m2",
             Self::Illuminance(_) | Self::Sun(_) | Self::Sensors(..) => "lx",

@@ -5,6 +5,7 @@ pub mod division;
 mod doubles;
 pub(crate) mod filling;
 mod given_sky;
+pub(crate) mod glare_states;
 pub(crate) mod glazing;
 pub(crate) mod grids;
 pub(crate) mod import;
@@ -26,7 +27,7 @@ use self::shade::Shade;
 use self::suns::SunSet;
 pub(crate) use self::windows::ProjectWindow;
 pub(crate) use self::windows::read_surfaces;
-use self::windows::{WindowState, check_sides, read_windows};
+use self::windows::{check_sides, read_windows};
 use crate::bins::ReinhartSky;
 use crate::control::{Facade, Schedule};
 use crate::error::{Error, Result, Warnings};
@@ -64,6 +65,8 @@ pub struct Inputs {
     pub facade: Facade,
     /// The state of each group in every time step.
     pub schedule: Schedule,
+    /// Groups whose states the run is still to decide; until then they take turns in the schedule.
+    pub undecided: Vec<usize>,
 }
 
 /// A group of sensors.
@@ -141,8 +144,20 @@ impl Inputs {
         models::warn(project, warnings)?;
         let schedule = states::schedule(project, &weather)?;
         let facade = project.facade.clone();
-        let inputs = Self { weather, scene, windows, sensors, seem_dark, glazing, glass_left, facade, schedule: schedule.clone() };
+        let inputs = Self {
+            weather,
+            scene,
+            windows,
+            sensors,
+            seem_dark,
+            glazing,
+            glass_left,
+            facade,
+            schedule: schedule.clone(),
+            undecided: Vec::new(),
+        };
         let mut inputs = inputs.with_schedule(schedule);
+        inputs.undecided = project.control.decided_by_the_run();
         parts::divide(project, &mut inputs)?;
         // A schedule that does not fit the year is told before hours of tracing.
         inputs.counting(project)?;
@@ -283,16 +298,6 @@ impl Inputs {
         // Without windows no sun is taken for unreachable. Sensors may see the sky by no window.
         let windows: Vec<Window> = if project.quality.prune && !choice.direct { self.sunny_windows() } else { Vec::new() };
         SunSet::of(&self.weather, project.method.suns_of(&choice), &windows, project.output.quantity)
-    }
-
-    /// Windows through which suns are traced, by their shade or their scattering data, in any state that they are ever in.
-    /// Of a façade that moves, any state counts: its suns are then the same whatever the schedule.
-    pub(crate) fn sunny_windows(&self) -> Vec<Window> {
-        let sunny = |i: &usize| match self.moves() {
-            true => self.windows[*i].is_sunny() || self.windows[*i].states.iter().any(WindowState::is_sunny),
-            false => self.windows[*i].is_sunny(),
-        };
-        (0..self.windows.len()).filter(sunny).map(|i| self.windows[i].window.clone()).collect()
     }
 
     /// Windows whose sun is traced through a shade, with the corners of their shades.

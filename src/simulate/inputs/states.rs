@@ -44,15 +44,17 @@ pub(super) fn schedule(project: &Project, weather: &Weather) -> Result<Schedule>
         states[control.group] = match &control.asked {
             Asked::Stays(state) => vec![*state; steps],
             Asked::Schedule(file) => read(file, group, &year).map_err(|e| control.place.of(e))?,
+            // Until the run decides they take turns, so that what is made before serves all of them.
+            Asked::Rule(..) | Asked::Optimal | Asked::Lm83 { .. } => (0..steps).map(|s| (s % group.states.len()) as State).collect(),
         };
     }
     Schedule::new(facade, steps, states)
 }
 
 impl Inputs {
-    /// Whether any window changes its state.
+    /// Whether any window changes its state, or may still: what the run has not decided yet counts as moving.
     pub fn moves(&self) -> bool {
-        (0..self.schedule.groups()).any(|group| self.schedule.constant_state(group).is_none())
+        !self.undecided.is_empty() || (0..self.schedule.groups()).any(|group| self.schedule.constant_state(group).is_none())
     }
 
     /// The same with another schedule. Windows of groups that never change show their one state, the others the first.
@@ -64,7 +66,7 @@ impl Inputs {
                 window.take_state(schedule.constant_state(group).unwrap_or(0));
             }
         }
-        same.schedule = schedule;
+        (same.schedule, same.undecided) = (schedule, Vec::new());
         same
     }
 
@@ -128,7 +130,15 @@ impl Inputs {
 
     /// States that windows are ever in, each as a window of its own.
     pub(crate) fn windows_in_use(&self) -> Vec<ProjectWindow> {
-        self.windows_in(|group| self.schedule.used(group))
+        self.windows_in(|group| self.used(group))
+    }
+
+    /// States that a group is ever in, or may be, rising.
+    pub(super) fn used(&self, group: usize) -> Vec<State> {
+        match self.undecided.contains(&group) {
+            true => (0..self.facade.groups()[group].states.len()).map(|s| s as State).collect(),
+            false => self.schedule.used(group),
+        }
     }
 
     /// The same of all states, used or not.
@@ -226,6 +236,16 @@ impl Inputs {
         SunSet::of(&self.weather, project.method.suns_of(&self.choice(project)), &windows, project.output.quantity)
     }
 
+    /// Windows through which suns are traced, by their shade or their scattering data, in any state that they are ever in.
+    /// Of a façade that moves, any state counts: its suns are then the same whatever the schedule.
+    pub(crate) fn sunny_windows(&self) -> Vec<Window> {
+        let sunny = |i: &usize| match self.moves() {
+            true => self.windows[*i].is_sunny() || self.windows[*i].states.iter().any(WindowState::is_sunny),
+            false => self.windows[*i].is_sunny(),
+        };
+        (0..self.windows.len()).filter(sunny).map(|i| self.windows[i].window.clone()).collect()
+    }
+
     /// Adds all T that results depend on, and when they hold.
     pub(crate) fn add_transmissions(&self, fingerprint: &mut Fingerprint) {
         for number in 0..self.windows.len() {
@@ -254,6 +274,7 @@ impl Inputs {
             return Err(told("the suns' component pictures are of one state, but the windows change theirs")
                 .help("take 'components' out of [images], or give each group one state in [control]"));
         }
+        self.glare_of_states(project)?;
         let has_results = !project.sensors.is_empty() || project.images.hours != crate::simulate::project::views::ImageHours::None;
         let unsaid = |g: &usize| self.facade.groups()[*g].states.len() > 1 && !project.control.groups.iter().any(|c| c.group == *g);
         if let Some(group) = (0..self.facade.groups().len()).find(unsaid).filter(|_| has_results && !project.control.is_given) {

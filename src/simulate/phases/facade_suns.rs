@@ -34,11 +34,15 @@ impl FacadeSuns {
     /// # Errors
     /// As [`SunSet::new`].
     pub fn new(inputs: &Inputs, project: &Project) -> Result<Self> {
-        let base = inputs.sun_set(project)?;
+        Ok(Self::of(inputs, inputs.sun_set(project)?))
+    }
+
+    /// Of given suns.
+    pub fn of(inputs: &Inputs, base: SunSet) -> Self {
         let (combinations, of_step) = inputs.sun_combinations();
         if combinations.len() < 2 {
             let places = (0..base.suns.len()).map(|sun| (0, sun)).collect();
-            return Ok(Self { set: base.clone(), base, combinations, places });
+            return Self { set: base.clone(), base, combinations, places };
         }
         let mut numbers: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for (hour, combination) in base.hours.iter().zip(&of_step) {
@@ -53,7 +57,7 @@ impl FacadeSuns {
             hours,
             ..base.clone()
         };
-        Ok(Self { base, set, combinations, places })
+        Self { base, set, combinations, places }
     }
 
     /// Cds of these sensors, columns the suns of `set`, and whether anything of it was traced now.
@@ -66,6 +70,14 @@ impl FacadeSuns {
             let inputs = if context.inputs.moves() { &context.inputs.in_states(&self.combinations[0]) } else { context.inputs };
             return sun_matrix(&Context { inputs, ..*context }, sensors, &self.set, way, behind);
         }
+        self.matrix_apart(context, sensors)
+    }
+
+    /// The same with each group's suns traced apart, as [`through_group`] keeps them.
+    ///
+    /// # Errors
+    /// As [`matrix`](Self::matrix).
+    pub fn matrix_apart(&self, context: &Context<'_>, sensors: &[SensorGroup]) -> Result<(SunMatrix, bool)> {
         let rows = sensors.iter().map(|g| g.sensors.len()).sum();
         let mut all = SunMatrix::zeros(rows, self.places.len());
         let mut traced = false;

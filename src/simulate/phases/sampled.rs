@@ -318,22 +318,31 @@ fn keep_daylight(
             context.store.save(&name, &matrix, inputs, "daylight matrix, rows the bins of the window's parts, columns patches")?;
         }
     }
-    // Of a façade that moves, T of each state that it is ever in.
-    let uses: Vec<(String, &Matrix<f64>)> = match window.group.filter(|_| context.inputs.uses(index).len() > 1) {
-        None => vec![(format!("T_{}", window.name), &window.transmission)],
-        Some(group) => {
-            let of = |s: &WindowState| format!("T_{}@{}", window.name, s.name);
-            let used = context.inputs.schedule.used(group);
-            used.iter().map(|s| &window.states[usize::from(*s)]).map(|s| (of(s), &s.transmission)).collect()
-        }
-    };
-    for (name, t) in uses {
-        let t = t.map(|v| v as f32);
-        let inputs = *Fingerprint::new("T").add(&t.data());
-        if !context.store.has_matrix(&name, inputs) {
-            context.store.save(&name, &t, inputs, "transmission, rows outgoing bins, columns incident bins")?;
+    ledger.note(&name, [total.rows(), total.cols()], !traced, ledger.seconds.daylight, of(daylight));
+    Ok(())
+}
+
+/// Keeps T of the windows whose D is kept; of a façade that moves, of each state that it is ever in.
+///
+/// # Errors
+/// Failures of the file system.
+pub(crate) fn keep_transmissions(context: &Context<'_>, sampled: &Sampled) -> Result<()> {
+    for (index, window) in context.inputs.windows.iter().enumerate().take(sampled.daylight.len()) {
+        let uses: Vec<(String, &Matrix<f64>)> = match window.group.filter(|_| context.inputs.uses(index).len() > 1) {
+            None => vec![(format!("T_{}", window.name), &window.transmission)],
+            Some(group) => {
+                let of = |s: &WindowState| format!("T_{}@{}", window.name, s.name);
+                let used = context.inputs.schedule.used(group);
+                used.iter().map(|s| &window.states[usize::from(*s)]).map(|s| (of(s), &s.transmission)).collect()
+            }
+        };
+        for (name, t) in uses {
+            let t = t.map(|v| v as f32);
+            let inputs = *Fingerprint::new("T").add(&t.data());
+            if !context.store.has_matrix(&name, inputs) {
+                context.store.save(&name, &t, inputs, "transmission, rows outgoing bins, columns incident bins")?;
+            }
         }
     }
-    ledger.note(&name, [total.rows(), total.cols()], !traced, ledger.seconds.daylight, of(daylight));
     Ok(())
 }

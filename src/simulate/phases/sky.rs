@@ -48,6 +48,14 @@ pub(crate) fn sky(context: &Context<'_>, ledger: &mut Ledger) -> Result<Matrix<f
     Ok(for_products(context, sky))
 }
 
+/// S of the whole solar spectrum, W/m²sr, whatever the project asks for.
+///
+/// # Errors
+/// As [`sky_matrix`].
+pub(crate) fn solar(context: &Context<'_>) -> Result<Matrix<f32>> {
+    sky_matrix(&context.inputs.weather, &SkyOptions { solar_spectrum: true, ..options(context) }, context.progress)
+}
+
 /// Sds `[patch][hour]`: the sun's share of S, as `gendaymtx -d`.
 ///
 /// # Errors

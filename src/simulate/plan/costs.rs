@@ -210,8 +210,18 @@ pub(super) fn costs(project: &Project, inputs: &Inputs, suns: Option<&SunSet>, l
         all.push(phase.worked(work * slow::PRODUCT));
     }
     all.extend(state_costs(project, inputs, suns, count, lit));
+    let before = all.len();
     for view in &project.views {
         all.extend(view_costs(project, inputs, view, suns, lit)?);
+    }
+    // What control asks of glare is as much for each state as the year of the façade as it moves.
+    let asked = inputs.glare_of_states(project)?;
+    let of = |view: &usize| format!("glare of {}", project.views[*view].name);
+    let each: f64 =
+        asked.views.iter().filter_map(|v| all.iter().find(|p| p.name == of(v))).map(|p| p.slow_seconds / p.rows.0.max(1) as f64).sum();
+    if !asked.views.is_empty() {
+        let phase = PhasePlan::new("glare of states".into(), (asked.states.len(), "states"), (lit, "steps"));
+        all.insert(before, phase.worked(asked.states.len() as f64 * each));
     }
     Ok(all)
 }

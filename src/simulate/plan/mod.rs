@@ -1,6 +1,7 @@
 //! What a run will model, what it leaves out because the scene does not need it, and what it costs:
 //! `lucarne plan`. Nothing is traced and no device is needed.
 
+mod control;
 pub(crate) mod costs;
 mod lives;
 pub(crate) mod presets;
@@ -124,15 +125,7 @@ fn model(project: &Project, inputs: &Inputs) -> Vec<String> {
         lines.extend(parts_of(window, *whole));
     }
     lines.extend(inputs.glass_left.iter().cloned());
-    for (number, group) in inputs.facade.groups().iter().enumerate() {
-        let length = inputs.weather.steps().length;
-        let hours = inputs.schedule.hours(number, group.states.len(), length, None);
-        let used = group.states.iter().zip(hours).filter(|(_, hours)| *hours > 0.0);
-        let used: Vec<String> = used.map(|(state, hours)| format!("'{state}' for {hours} h")).collect();
-        let moves = inputs.schedule.moves(number);
-        let times = if moves > 0 { format!(", moves {moves} times") } else { ", never moves".into() };
-        lines.push(format!("group {}: {} states, in {}{times}", group.name, group.states.len(), used.join(", ")));
-    }
+    lines.extend(control::lines(project, inputs));
     for group in &inputs.sensors {
         let how = if direct { ", each sees the sky itself, through all glass and by any way" } else { "" };
         let quantity = project.output.quantity;

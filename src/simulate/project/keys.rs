@@ -198,10 +198,26 @@ pub const SECTIONS: &[Section] = &[
         meaning: "The state of each group of windows in every time step; illuminance, pictures, glare and metrics follow it. Each key is a group.",
         keys: &[key(
             "GROUP",
-            "path: CSV with a state per time step or hour of the year, or the name of a state",
+            "path: CSV with a state per time step or hour of the year; the name of a state; `{ rule = \"…\" }`; `lm-83` or `{ lm-83 = [\"open\", \"closed\"] }`; `optimal`",
             "the group's first state",
             "What decides the state of this group of windows.",
         )],
+    },
+    Section {
+        name: "optimal",
+        repeated: false,
+        meaning: "What the best states are of the groups that `[control]` calls `optimal`. It needs at least one of `eyes`, `dgp`, `sunlit`, `most`.",
+        keys: &[
+            key("aim", "`daylight`, `lighting`, `moves`", "`daylight`", "Most daylight, least power for lights, or fewest moves."),
+            key("eyes", "name of `[[sensors]]`", "no limit of glare", "Sensors at eyes, whose DGPs stays at or below `dgps`."),
+            key("dgps", "0.2 … 1", "0.4", "Most DGPs = 6.22e-5 Ev + 0.184 at any eye."),
+            key("dgp", "0.2 … 1", "no limit", "Most DGP of the views by `[glare]`, of up to 100 combinations of states."),
+            key("views", "names of `[[view]]`", "all views", "The views that `dgp` limits."),
+            key("sunlit", "%", "no limit", "Most of the sensors that face up with more than 1000 lx of direct sun."),
+            key("most", "lx", "no limit", "Most illuminance of any sensor that faces up."),
+            key("target", "lx", "500", "Illuminance that lights fill up to, each sensor's for itself."),
+            key("least_power", "0 … 1", "0.1", "Power of lights that are dimmed down, as a share of all of it."),
+        ],
     },
     Section {
         name: "sensors",
@@ -387,9 +403,9 @@ mod tests {
         std::fs::write(folder.path().join("v.vf"), "rvu -vta -vh 180 -vv 180\n").unwrap();
         let text = "[weather]\nsite = [46, 11, 15]\n[[moment]]\nname = \"n\"\nsky = \"cie clear\"\ndate = \"03-21T12:00\"\n\
                     [scene]\nfiles = [\"r.rad\"]\n[[window]]\nname = \"w\"\nsurface = \"w.rad\"\nbsdf = \"b.xml\"\n\
-                    [[window]]\nname = \"m\"\nsurface = \"w.rad\"\n[[window.state]]\nname = \"a\"\nglass = 0.5\n[control]\nm = \"a\"\n\
+                    [[window]]\nname = \"m\"\nsurface = \"w.rad\"\n[[window.state]]\nname = \"a\"\nglass = 0.5\n[control]\nm = \"optimal\"\n\
                     [[sensors]]\nname = \"s\"\npoints = \"p.txt\"\n[[view]]\nname = \"v\"\nfile = \"v.vf\"\n\
-                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[metrics]\n[images]\n[method]\n[quality]\n[output]\n";
+                    [[views]]\nname = \"vs\"\npoints = \"p.txt\"\n[glare]\n[metrics]\n[optimal]\nmost = 3000\n[images]\n[method]\n[quality]\n[output]\n";
         let file = folder.path().join("p.toml");
         let asked = asked_keys(|| super::super::Project::parse(&file, text).map(|_| ()).unwrap());
         let without: Vec<_> = asked.difference(&described).collect();

@@ -57,7 +57,9 @@
 //! [glare]                             # glare of all views, see glare_section
 //! method = "image"
 //! # [control]                         # states of the groups by time step, see control; left out: the first
-//! # south = "blinds.csv"
+//! # south = "blinds.csv"             # or a state's name, { rule = "…" }, "lm-83", "optimal"
+//! # [optimal]                         # what the best states are, see optimal
+//! # eyes = "eyes"
 //! [images]
 //! hours = "daylight"                  # "daylight" | "none" | [1164, 1929], hours of the year from 0
 //! [method]
@@ -96,6 +98,7 @@ pub mod metrics;
 mod model;
 pub(crate) mod names;
 mod of_model;
+pub(crate) mod optimal;
 pub mod output;
 pub(crate) mod parts;
 pub mod quality;
@@ -115,6 +118,7 @@ use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};
 use self::metrics::MetricsSection;
 use self::model::NamedModel;
+use self::optimal::OptimalSection;
 pub(crate) use self::output::OutputSection;
 pub use self::output::Quantity;
 pub use self::parts::Parts;
@@ -126,6 +130,7 @@ use self::view_grid::read_grid;
 use self::views::{ImageHours, ImagesSection, ViewSection};
 pub(crate) use self::weather::WeatherSection;
 use crate::control::Facade;
+use crate::control::rules::Known;
 use crate::error::Result;
 use std::path::{Path, PathBuf};
 
@@ -227,10 +232,15 @@ impl Project {
             windows = std::mem::take(&mut found.windows);
         }
         let facade = groups::facade(&windows, &top.place("window"))?;
-        let control = ControlSection::read(top.table("control")?, &facade)?;
+        let mut control = ControlSection::read(top.table("control")?, &facade)?;
+        let optimal = top.table("optimal")?;
+        let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
+        let names = sensors.iter().map(|s| s.name.clone()).collect::<Vec<_>>();
+        let views_named = views.iter().map(|v| v.name.clone()).collect::<Vec<_>>();
+        control.optimal = OptimalSection::read(optimal, &names, &views_named, glare.is_some())?;
+        control.check(Known { facade: &facade, sensors: &names, views: &views_named }, output.quantity, glare.is_some())?;
         let method = MethodSection::read(top.table("method")?, asked(&windows, &sensors))?;
         let quality = QualitySection::read(top.table("quality")?)?;
-        let output = OutputSection::read(top.table("output")?, !views.is_empty())?;
         let metrics = MetricsSection::read(top.table("metrics")?)?;
         if output.quantity.is_solar() && weather.moments.is_some() {
             return Err(top

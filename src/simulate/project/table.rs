@@ -5,6 +5,8 @@
 pub(super) mod asked;
 mod lists;
 
+pub(super) use lists::Named;
+
 use super::document::kind;
 pub(super) use super::document::{Document, Place};
 use crate::error::{Error, Result};

@@ -1,6 +1,7 @@
 //! What the matrices give: illuminance, pictures, glare, each with its error.
 
 pub mod annual;
+pub mod control;
 pub mod glare;
 pub(crate) mod illuminance;
 pub mod metrics;

@@ -1,12 +1,14 @@
 //! The sensors' year: illuminance by the formula, its terms, its errors and its tables.
 
 use super::annual::{self, YearErrors, YearJob};
+use super::control::Operated;
 use super::illuminance::{Content, illuminance, luminous, write_illuminance};
 use super::metrics::{self, GroupFacts, Samples, SensorSample};
 use super::suns::TracedSuns;
 use super::views::Made;
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;
+use crate::metrics::lm83::Shading;
 use crate::metrics::{Estimated, Metric, lm83};
 use crate::scene::points::Sensor;
 use crate::simulate::context::Context;
@@ -130,7 +132,13 @@ pub(crate) fn write_coefficients(context: &Context<'_>, made: &Made<'_>) -> Resu
 ///
 /// # Errors
 /// Failures of the multiplier's device, or when stopped.
-pub(crate) fn errors(context: &Context<'_>, counting: &Counting, made: &Made<'_>, lux: &Matrix<f32>) -> Result<YearErrors> {
+pub(crate) fn errors(
+    context: &Context<'_>,
+    counting: &Counting,
+    made: &Made<'_>,
+    lux: &Matrix<f32>,
+    blinds: Option<&Operated>,
+) -> Result<YearErrors> {
     let stage = |fraction: f64| {
         context.progress.update("error estimate", fraction);
         context.check_stop()
@@ -168,6 +176,8 @@ pub(crate) fn errors(context: &Context<'_>, counting: &Counting, made: &Made<'_>
     let mut errors = annual::estimate(&job, lux, &stage)?;
     if let Some(suns) = made.suns {
         for (row, sample) in errors.samples.iter_mut().enumerate() {
+            // ASE knows no blinds.
+            let suns = blinds.map_or(suns, |b| &b.open_suns);
             sample.sun_hours = Some(suns.hours_above(row, lm83::SUN_LX, &counting.lm83, counting.year.length));
         }
     }
@@ -215,7 +225,11 @@ fn overcast_outdoors(weather: &Weather) -> Option<f64> {
 }
 
 /// Why the direct sun at sensors is not that through bare windows.
-fn not_bare(context: &Context<'_>) -> Option<String> {
+fn not_bare(context: &Context<'_>, blinds: Option<&Operated>) -> Option<String> {
+    if let Some(blinds) = blinds.filter(|b| b.all) {
+        let windows = blinds.covered.join("', '");
+        return (!blinds.covered.is_empty()).then(|| format!("windows '{windows}' are not of clear glass with their blinds open"));
+    }
     let used = context.inputs.windows_in_use();
     let mut covered: Vec<&str> = used.iter().filter(|w| w.glass.is_none()).map(|w| w.name.as_str()).collect();
     covered.dedup();
@@ -233,6 +247,7 @@ pub(crate) fn write(
     lux: &Matrix<f32>,
     errors: &YearErrors,
     dark: &[bool],
+    blinds: Option<&Operated>,
 ) -> Result<(Vec<SensorSummary>, Vec<Metric>)> {
     let groups = &context.inputs.sensors;
     let (records, steps, quantity) = (&context.inputs.weather.records, context.inputs.weather.steps(), context.project.output.quantity);
@@ -260,8 +275,10 @@ pub(crate) fn write(
             name: group.name.clone(),
             positions: group.sensors.iter().map(|s| s.position).collect(),
             faces_up: group.sensors.iter().map(Sensor::faces_up).collect(),
-            not_bare: not_bare(context),
             outlook: if looks_out { metrics::outlook::judge(context, outlook.as_ref(), group)? } else { Vec::new() },
+            not_bare: not_bare(context, blinds),
+            shading: if blinds.is_some_and(|b| b.all) { Shading::Operated } else { Shading::Undeclared },
+            hours_in_sun: blinds.map_or(0.0, |b| b.remaining.len() as f64 * counting.year.length),
         };
         match quantity {
             Quantity::Illuminance => {

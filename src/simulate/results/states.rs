@@ -33,6 +33,40 @@ pub struct LightOfState {
     pub sun: Option<Matrix<f32>>,
 }
 
+/// What all windows send to all sensors, in every state.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct StateLight {
+    /// `[group][state]`, in the order of the façade's groups and their states.
+    pub groups: Vec<Vec<LightOfState>>,
+    /// Of the windows that have no states, if there are any.
+    pub rest: Option<LightOfState>,
+}
+
+impl StateLight {
+    /// The light of all groups in each of their states, for what decides between them.
+    ///
+    /// # Errors
+    /// As [`each_state`].
+    pub fn new(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'_>, ledger: &mut Ledger) -> Result<Self> {
+        let clock = Instant::now();
+        let mut all = Self { groups: vec![Vec::new(); context.inputs.facade.groups().len()], rest: None };
+        let statistics = each_state(context, made, daylight, &mut |whose, light| {
+            match whose {
+                Some((group, _)) => all.groups[group].push(light),
+                None => all.rest = Some(light),
+            }
+            Ok(())
+        })?;
+        ledger.count(statistics, clock);
+        Ok(all)
+    }
+
+    /// What these groups send in their states, and the windows without any.
+    pub fn parts<'a>(&'a self, states: impl Iterator<Item = (usize, State)> + 'a) -> impl Iterator<Item = &'a LightOfState> {
+        states.map(|(group, state)| &self.groups[group][usize::from(state)]).chain(&self.rest)
+    }
+}
+
 /// Whose light it is: number of group and state, or nothing for the windows without states.
 pub(crate) type Whose = Option<(usize, State)>;
 
@@ -48,7 +82,7 @@ pub(crate) fn each_state(
 ) -> Result<TraceStatistics> {
     let inputs = context.inputs;
     let mut statistics = TraceStatistics::default();
-    let suns = made.suns.map(|_| inputs.sun_set_of_states(context.project)).transpose()?;
+    let suns = (context.choice.phases == 5).then(|| inputs.sun_set_of_states(context.project)).transpose()?;
     let sensors = &inputs.sensors;
     for (group, named) in inputs.facade.groups().iter().enumerate() {
         let windows = inputs.windows_of_group(group);
@@ -202,37 +236,57 @@ fn with_suns(mut lux: Matrix<f32>, part: Option<(SunMatrix, &SunSet)>) -> LightO
 }
 
 /// Writes the light of all states: `illuminance/states/GROUP/STATE/SENSORS.mtx`, and `SENSORS_direct.mtx` with what of it
-/// comes directly from traced suns; that of windows without states into `illuminance/states`.
+/// comes directly from traced suns; that of windows without states into `illuminance/states`. `known`: where it was needed
+/// before.
 ///
 /// # Errors
 /// As [`each_state`].
-pub(crate) fn write(context: &Context<'_>, made: &Made<'_>, daylight: Daylight<'_>, ledger: &mut Ledger) -> Result<()> {
-    let (inputs, store) = (context.inputs, context.store);
-    store.remove_states();
+pub(crate) fn write(
+    context: &Context<'_>,
+    made: &Made<'_>,
+    daylight: Daylight<'_>,
+    known: Option<StateLight>,
+    ledger: &mut Ledger,
+) -> Result<()> {
+    let inputs = context.inputs;
+    context.store.remove_states();
     if inputs.sensors.is_empty() || inputs.facade.groups().iter().all(|g| g.states.len() < 2) {
         return Ok(());
     }
-    let unit = context.project.output.quantity.unit();
-    let clock = Instant::now();
-    context.progress.begin("Cds of states");
-    let statistics = each_state(context, made, daylight, &mut |whose, light| {
-        let named = whose.map(|(group, state)| {
-            let group = &inputs.facade.groups()[group];
-            (group.name.as_str(), group.states[usize::from(state)].as_str())
-        });
-        let of =
-            named.map_or_else(|| "windows without states".to_string(), |(group, state)| format!("windows '{group}' in state '{state}'"));
-        let folder = store.states_folder(named)?;
-        for (part, suffix, what) in [(Some(&light.lux), "", "light"), (light.sun.as_ref(), "_direct", "direct sunlight")] {
-            let Some(part) = part else { continue };
-            for (sensors, rows) in inputs.sensors.iter().zip(split(part, &inputs.sensors)) {
-                let about = format!("{what} at {} by {of} in {unit}, rows sensors, columns time steps", sensors.name);
-                write_stored(&folder.join(format!("{}{suffix}.mtx", sensors.name)), &rows, &about)?;
+    match known {
+        Some(all) => {
+            for (group, states) in all.groups.into_iter().enumerate() {
+                for (state, light) in states.into_iter().enumerate() {
+                    write_state(context, Some((group, state as State)), &light)?;
+                }
             }
+            all.rest.iter().try_for_each(|light| write_state(context, None, light))?;
         }
-        Ok(())
-    })?;
-    ledger.count(statistics, clock);
+        None => {
+            let clock = Instant::now();
+            context.progress.begin("Cds of states");
+            let statistics = each_state(context, made, daylight, &mut |whose, light| write_state(context, whose, &light))?;
+            ledger.count(statistics, clock);
+        }
+    }
     context.progress.begin("light of states");
+    Ok(())
+}
+
+fn write_state(context: &Context<'_>, whose: Whose, light: &LightOfState) -> Result<()> {
+    let (inputs, unit) = (context.inputs, context.project.output.quantity.unit());
+    let named = whose.map(|(group, state)| {
+        let group = &inputs.facade.groups()[group];
+        (group.name.as_str(), group.states[usize::from(state)].as_str())
+    });
+    let of = named.map_or_else(|| "windows without states".to_string(), |(group, state)| format!("windows '{group}' in state '{state}'"));
+    let folder = context.store.states_folder(named)?;
+    for (part, suffix, what) in [(Some(&light.lux), "", "light"), (light.sun.as_ref(), "_direct", "direct sunlight")] {
+        let Some(part) = part else { continue };
+        for (sensors, rows) in inputs.sensors.iter().zip(split(part, &inputs.sensors)) {
+            let about = format!("{what} at {} by {of} in {unit}, rows sensors, columns time steps", sensors.name);
+            write_stored(&folder.join(format!("{}{suffix}.mtx", sensors.name)), &rows, &about)?;
+        }
+    }
     Ok(())
 }

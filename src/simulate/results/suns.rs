@@ -64,6 +64,16 @@ impl TracedSuns {
         Ok(Some(Self { facade, matrix, error_sets }))
     }
 
+    /// These suns through a façade each of whose groups had its suns traced alone, at the sensors.
+    ///
+    /// # Errors
+    /// Failures of device and file system, or when stopped.
+    pub fn apart(context: &Context<'_>, suns: SunSet) -> Result<Self> {
+        let facade = FacadeSuns::of(context.inputs, suns);
+        let (matrix, _) = facade.matrix_apart(context, &context.inputs.sensors)?;
+        Ok(Self { facade, matrix, error_sets: 1 })
+    }
+
     /// The suns and their hours; of a façade that moves, a sun counts once for each thing that it passes.
     pub fn set(&self) -> &SunSet {
         &self.facade.set

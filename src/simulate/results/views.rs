@@ -91,16 +91,7 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
     }
     let sky = &made.skies.whole;
     let steps = context.inputs.weather.steps();
-    // What sampling for a target depends on.
-    let asked = project.quality.target_error.map(|target| {
-        let mut asked = Fingerprint::new("sampled for a target");
-        asked.add(&target).add(&sky.data());
-        made.sampled.daylight.iter().for_each(|d| {
-            asked.add(&d.total().data());
-        });
-        context.inputs.add_transmissions(&mut asked);
-        asked.to_string()
-    });
+    let asked = asked(context, made);
     for view in &project.views {
         context.progress.begin(&format!("V of {}", view.name));
         let eye_error = view_matrix(context, ledger, made, view, &windows, asked.as_deref())?;
@@ -136,6 +127,28 @@ pub(crate) fn pictures(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'
         summaries.push(ViewSummary { name: view.name.clone(), pixels, pictures, eye_error: eye_error.map(|e| e.all) });
     }
     Ok(summaries)
+}
+
+/// What sampling for a target depends on.
+fn asked(context: &Context<'_>, made: &Made<'_>) -> Option<String> {
+    context.project.quality.target_error.map(|target| {
+        let mut asked = Fingerprint::new("sampled for a target");
+        asked.add(&target).add(&made.skies.whole.data());
+        made.sampled.daylight.iter().for_each(|d| {
+            asked.add(&d.total().data());
+        });
+        context.inputs.add_transmissions(&mut asked);
+        asked.to_string()
+    })
+}
+
+/// Makes and keeps the view matrix of a view, before its pictures are asked for.
+///
+/// # Errors
+/// As [`pictures`].
+pub(crate) fn make_matrix(context: &Context<'_>, ledger: &mut Ledger, made: &Made<'_>, view: &ViewSection) -> Result<()> {
+    context.progress.begin(&format!("V of {}", view.name));
+    view_matrix(context, ledger, made, view, &context.inputs.geometry(), asked(context, made).as_deref()).map(|_| ())
 }
 
 fn view_job<'a>(context: &Context<'a>, view: &'a ViewSection, windows: &'a [Window], refinement: u32) -> ViewJob<'a> {

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;
+use crate::metrics::lm83::Shading;
 use crate::metrics::{Metric, Noise};
 use crate::simulate::inputs::counting::{Counting, EXPOSURE, FACTOR, MEAN};
 use crate::simulate::project::Quantity;
@@ -30,7 +31,11 @@ pub fn judge_folder(folder: &Path, section: &MetricsSection) -> Result<Vec<Metri
     let Hours { year, diffuse, equinox } = tables::read_hours(&table("hours"), summary.hours / steps)?;
     let confidence_95 = summary.estimated_error.map_or(student_95(1_000_000), |e| e.confidence_95);
     let not_bare = summary.sensors.iter().flat_map(|s| &s.metrics).find(|m| m.name == "ase_1000_250");
-    let not_bare = not_bare.and_then(|m| m.notes.iter().find(|n| n.contains("LM-83 wants them without blinds")).cloned());
+    let not_bare = not_bare.and_then(|m| {
+        m.notes.iter().find(|n| n.contains("LM-83 wants them without blinds") || n.contains("with their blinds open")).cloned()
+    });
+    let operated = summary.control.as_ref().is_some_and(|c| c.lm83_blinds);
+    let shading = if operated { Shading::Operated } else { Shading::Undeclared };
     let mut groups = Vec::new();
     for group in &summary.sensors {
         let lux = read_stored(&file(group.name.clone(), "mtx"))?.matrix;
@@ -54,6 +59,8 @@ pub fn judge_folder(folder: &Path, section: &MetricsSection) -> Result<Vec<Metri
             not_bare: not_bare.clone(),
             // Geometry is not kept; what it decided is.
             outlook: group.metrics.iter().filter(|m| tables::outlook::NAMES.contains(&m.name.as_str())).cloned().collect(),
+            shading,
+            hours_in_sun: summary.control.as_ref().and_then(|c| c.lm83_hours_above).unwrap_or(0.0),
         };
         groups.push((facts, lux, errors, kept));
     }

@@ -13,6 +13,7 @@ use crate::year::model::{Quantity, lux_text};
 use eframe::egui::{self, Align2, FontId, Key, Rect, RichText, pos2};
 use glam::DVec3;
 use lucarne::image::palette::{Scale, rounded_number};
+use lucarne::metrics::lm83;
 use lucarne::scene::outline::edges;
 use std::sync::Arc;
 
@@ -148,17 +149,13 @@ impl GridPanel {
                 ui.end_row();
             }
             let (share, count) = group.map_or((None, 0), |g| spatial_share(&self.autonomy, |s| g.is_of_plan(s)));
-            ui.weak("DA300 spatial share").on_hover_text(
-                "Share of the sensors facing up that have 300 lx or more for half of the hours from 8:00 to 18:00. \
-                 LM-83's blinds are not moved for it.",
-            );
+            let (name, hover) = share_names(group.map(|g| g.name.as_str()), results, state);
+            ui.weak(name).on_hover_text(hover);
             ui.strong(share.map_or("–".to_string(), |s| format!("{:.1} %", s * 100.0)));
             ui.end_row();
             others = group.map_or(0, |g| g.count() - count);
         });
-        let mut about =
-            "Occupied: 8:00 to 18:00 standard time, every day. LM-83's blinds are not moved, so that the spatial share is not its own."
-                .to_string();
+        let mut about = format!("Occupied: 8:00 to 18:00 standard time, every day. {}", about_blinds(results, state));
         if group.is_some_and(|g| g.directions.is_empty()) {
             about += " Where the sensors face is not known: all count.";
         }
@@ -265,4 +262,40 @@ fn levels(scale: &Scale) -> Vec<f64> {
 fn heading(ui: &mut egui::Ui, text: &str) {
     ui.add_space(8.0);
     ui.label(RichText::new(text).strong().size(14.0));
+}
+
+/// Whether LM-83's blinds are moved in what is shown.
+fn has_blinds(results: &Results, state: Option<&str>) -> bool {
+    state.is_none() && results.summary.control.as_ref().is_some_and(|c| c.lm83_blinds)
+}
+
+/// What the spatial share is called, and what it says: LM-83's own where the run says so.
+fn share_names(group: Option<&str>, results: &Results, state: Option<&str>) -> (&'static str, &'static str) {
+    let metrics = results.summary.sensors.iter().find(|g| Some(g.name.as_str()) == group).map(|g| &g.metrics);
+    let is_lm83 = has_blinds(results, state) && metrics.is_some_and(|all| all.iter().any(|m| m.name == lm83::SDA));
+    match (is_lm83, has_blinds(results, state)) {
+        (true, _) => (
+            "LM-83 sDA300/50%",
+            "Share of the sensors facing up that have 300 lx or more for half of the hours from 8:00 to 18:00, with LM-83-12's blinds.",
+        ),
+        (false, true) => (
+            "DA300 spatial share",
+            "Share of the sensors facing up that have 300 lx or more for half of the hours from 8:00 to 18:00. LM-83's blinds are moved \
+             for it; what else LM-83 asks for is missing: the report says what.",
+        ),
+        (false, false) => (
+            "DA300 spatial share",
+            "Share of the sensors facing up that have 300 lx or more for half of the hours from 8:00 to 18:00. LM-83's blinds are not \
+             moved for it.",
+        ),
+    }
+}
+
+/// What was done about LM-83's blinds.
+fn about_blinds(results: &Results, state: Option<&str>) -> String {
+    if !has_blinds(results, state) {
+        return "LM-83's blinds are not moved, so that the spatial share is not its own.".into();
+    }
+    let hours = results.summary.control.as_ref().and_then(|c| c.lm83_hours_above).unwrap_or(0.0);
+    format!("LM-83's blinds are moved; in {hours} h they leave more than 2 % of the sensors in the sun.")
 }

@@ -4,19 +4,43 @@ use super::Table;
 use crate::error::Result;
 use std::path::PathBuf;
 use toml::Spanned;
-use toml::de::{DeString, DeValue};
+use toml::de::DeValue;
+
+/// What stands under a name.
+pub(in super::super) enum Named {
+    /// A text.
+    Text(String),
+    /// `{ rule = "…" }`
+    Rule(String),
+    /// `{ lm-83 = ["open", "closed"] }`
+    Lm83([String; 2]),
+}
 
 impl Table<'_, '_> {
-    /// All keys of a table whose keys are names, each with its text.
-    pub(in super::super) fn all_texts(&mut self) -> Result<Vec<(String, String)>> {
+    /// All keys of a table whose keys are names, each with what stands there.
+    pub(in super::super) fn all_named(&mut self) -> Result<Vec<(String, Named)>> {
         #[cfg(test)]
         super::asked::note(&self.name, "GROUP");
-        let text = |(key, value): (&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| match value.get_ref() {
-            DeValue::String(s) if !s.trim().is_empty() => Ok((key.get_ref().to_string(), s.to_string())),
-            DeValue::String(_) => Err(self.error(key.get_ref(), "this text is empty")),
-            other => Err(self.wrong_type(key.get_ref(), other, "a text in quotes")),
+        self.entries.iter().map(|(key, value)| Ok((key.get_ref().to_string(), self.named(key.get_ref(), value.get_ref())?))).collect()
+    }
+
+    fn named(&self, key: &str, value: &DeValue<'_>) -> Result<Named> {
+        let help = "write a text, { rule = \"closed if irradiance > 250 W/m2\" } or { lm-83 = [\"open\", \"closed\"] }";
+        let entries = match value {
+            DeValue::String(s) if !s.trim().is_empty() => return Ok(Named::Text(s.to_string())),
+            DeValue::String(_) => return Err(self.error(key, "this text is empty")),
+            DeValue::Table(entries) => entries,
+            other => return Err(self.wrong_type(key, other, "a text in quotes").help(help)),
         };
-        self.entries.iter().map(text).collect()
+        let only = entries.iter().next().filter(|_| entries.len() == 1).map(|(k, v)| (k.get_ref().as_ref(), v.get_ref()));
+        match only {
+            Some(("rule", DeValue::String(s))) if !s.trim().is_empty() => Ok(Named::Rule(s.to_string())),
+            Some(("lm-83", DeValue::Array(items))) => match items.iter().map(Spanned::get_ref).collect::<Vec<_>>()[..] {
+                [DeValue::String(open), DeValue::String(closed)] => Ok(Named::Lm83([open.to_string(), closed.to_string()])),
+                _ => Err(self.error(key, "'lm-83' has the names of two states, open and closed").help(help)),
+            },
+            _ => Err(self.error(key, "here stands either a 'rule' or 'lm-83'").help(help)),
+        }
     }
 
     /// A file named by the text of a key.

@@ -20,6 +20,7 @@ mod imageless;
 mod noise;
 pub mod read;
 mod spatial;
+mod states;
 mod sunlight;
 mod tables;
 
@@ -42,12 +43,11 @@ use crate::matrix::file::read_matrix;
 use crate::metrics::Metric;
 use crate::progress::Progress;
 use crate::simulate::context::Context;
-use crate::simulate::inputs::{Inputs, SensorGroup};
-use crate::simulate::light::{Daylight, Light};
+use crate::simulate::inputs::Inputs;
+use crate::simulate::light::Light;
 use crate::simulate::multiply::{lit_columns, select_columns};
 use crate::simulate::phases::facade_suns::FacadeSuns;
 use crate::simulate::phases::pixels::ViewJob;
-use crate::simulate::phases::sun::SunEntry;
 use crate::simulate::phases::sun_pixels::{Shown, sun_pictures};
 use crate::simulate::plan::presets::{daylight_options, image_options, rounds, view_options};
 use crate::simulate::project::given::GivenPictures;
@@ -137,10 +137,7 @@ impl GlareJob<'_> {
     /// # Errors
     /// Views without directions, failures of device and file system, and when stopped.
     pub fn run(&self, section: &GlareSection, statistics: &mut TraceStatistics, warnings: &mut Warnings) -> Result<GlareSummary> {
-        let skies = self.made.skies;
-        let hours = lit_columns(&skies.whole);
-        let suns = skies.sun.as_ref().map(|sun| select_columns(sun, &hours));
-        let lit = LitHours { sky: select_columns(&skies.whole, &hours), hours, suns };
+        let lit = self.lit_hours();
         let eyes = if section.method == GlareMethod::Image { None } else { Some(self.eyes(statistics)?) };
         if section.method == GlareMethod::Edgps {
             for view in &self.context.project.views {
@@ -196,6 +193,13 @@ impl GlareJob<'_> {
         })
     }
 
+    fn lit_hours(&self) -> LitHours {
+        let skies = self.made.skies;
+        let hours = lit_columns(&skies.whole);
+        let suns = skies.sun.as_ref().map(|sun| select_columns(sun, &hours));
+        LitHours { sky: select_columns(&skies.whole, &hours), hours, suns }
+    }
+
     /// Degrees of freedom of the errors: those of the matrix with the fewest independent estimates.
     fn freedom(&self, method: GlareMethod) -> usize {
         let project = self.context.project;
@@ -207,47 +211,6 @@ impl GlareJob<'_> {
             GlareMethod::Edgps => pictures.min(daylight).min(eyes),
             GlareMethod::Dgps | GlareMethod::Imageless => eyes.min(daylight),
         }
-    }
-
-    /// The façade as it moves, and each of its states alone; without `[control]` these are all, if there are any.
-    fn facades(&self) -> Vec<(String, Cow<'_, Inputs>)> {
-        let (inputs, project) = (self.context.inputs, self.context.project);
-        let alone = inputs.states_alone(project);
-        let moving = (project.control.is_given || alone.is_empty()).then_some((String::new(), Cow::Borrowed(inputs)));
-        let alone = alone.into_iter().map(|(name, states)| (name, Cow::Owned(inputs.in_states(&states))));
-        moving.into_iter().chain(alone).collect()
-    }
-
-    /// What every state of the façade lets in.
-    fn states(&self, has_eyes: bool, statistics: &mut TraceStatistics) -> Result<Vec<State<'_>>> {
-        let project = self.context.project;
-        let daylight = Daylight { total: self.daylight, direct: self.daylight_direct };
-        let mut states = Vec::new();
-        for (name, inputs) in self.facades() {
-            let light = Light::of_facade(&inputs, daylight, self.made.multiplier, self.made.skies)?;
-            let suns = match self.made.suns {
-                Some(traced) if name.is_empty() => Some(traced.facade.clone()),
-                Some(_) => Some(FacadeSuns::new(&inputs, project)?),
-                None => None,
-            };
-            let mut state = State { name, inputs, light, suns, eye_suns: None };
-            if let (true, Some(suns), Some(_)) = (has_eyes, &state.suns, &self.made.skies.sun) {
-                let sensors = project.views.iter().map(ViewSection::eye).collect::<Result<Vec<_>>>()?;
-                let group = SensorGroup { name: "glare_eyes".into(), file: project.file.clone(), sensors, view: None, sun: None };
-                let context = Context { inputs: &state.inputs, ..self.context };
-                let (matrix, traced) = suns.matrix(&context, &[group], SunEntry::Windows, &state.behind())?;
-                if traced {
-                    statistics.add(matrix.statistics);
-                }
-                state.eye_suns = Some(matrix);
-            }
-            states.push(state);
-        }
-        // Pictures are split for all of them, or for none.
-        if states.iter().any(|s| s.light.is_split()) {
-            states.iter_mut().for_each(|s| s.light.split());
-        }
-        Ok(states)
     }
 
     /// Matrices of sensors at the views' points that face as the views look.

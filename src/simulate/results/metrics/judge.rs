@@ -4,7 +4,7 @@ use super::samples::{Samples, SensorSample};
 use crate::metrics::en17037::{self, LEVELS_LX, Level, Provision};
 use crate::metrics::lm83::{self, Shading};
 use crate::metrics::{Decision, Estimated, Metric, glare, leed, share_of};
-use crate::simulate::inputs::counting::{EXPOSURE, FACTOR, LEED, LM83, Time, daylight_share, vertical_limits, vertical_share};
+use crate::simulate::inputs::counting::{Counting, EXPOSURE, FACTOR, LEED, LM83, Time, daylight_share, vertical_limits, vertical_share};
 use crate::simulate::project::metrics::Family;
 use glam::DVec3;
 
@@ -21,6 +21,10 @@ pub struct GroupFacts {
     pub not_bare: Option<String>,
     /// View out and exposure to sunlight, which geometry decides.
     pub outlook: Vec<Metric>,
+    /// What was done about blinds.
+    pub shading: Shading,
+    /// Hours in which blinds leave more than 2 % of the sensors in the sun.
+    pub hours_in_sun: f64,
 }
 
 impl GroupFacts {
@@ -114,10 +118,16 @@ impl Judge<'_> {
             let why = "no sensor faces up, so that there is no plan";
             return vec![share.note(why), ase.note(why)];
         }
-        let doubts = |shading: Shading| lm83::doubts(&counting.year, &counting.lm83, &positions(self.facts), shading);
+        let doubts = |shading: Shading| doubts(counting, self.facts, shading);
+        let why = doubts(self.facts.shading);
+        let share = if why.is_empty() { Metric::new(lm83::SDA, lm83::SDA_TITLE, "share", lm83::SOURCE) } else { share };
         let mut share = share.value(self.samples.of(self.plan, column, |a| there(lm83::spatial_share(a))));
-        share.notes = doubts(Shading::Undeclared);
-        share.lm83_conformant = Some(share.notes.is_empty());
+        share.lm83_conformant = Some(why.is_empty());
+        share.notes = why;
+        if self.facts.hours_in_sun > 0.0 {
+            let hours = self.facts.hours_in_sun;
+            share.notes.push(format!("in {hours} h more than 2 % of the sensors stay in the sun with all blinds closed"));
+        }
         share.notes.push(format!("{}: {} h; {}", counting.lm83.name, counting.lm83.hours, self.sensors()));
         share.notes.extend(self.unusual());
         vec![share, self.ase(ase, doubts(Shading::Operated))]
@@ -252,6 +262,11 @@ impl Judge<'_> {
     }
 }
 
+/// Why the share of a group's sensors is not LM-83's; empty if it is.
+fn doubts(counting: &Counting, facts: &GroupFacts, shading: Shading) -> Vec<String> {
+    lm83::doubts(&counting.year, &counting.lm83, &positions(facts), shading)
+}
+
 fn level_of(provision: Option<Provision>) -> Level {
     provision.map_or(Level::None, |p| p.level())
 }
@@ -282,11 +297,17 @@ pub fn judge_all(samples: &Samples<'_>, groups: &[(&GroupFacts, &[SensorSample])
             leed::option_1(share(&all), &plans.iter().map(|p| share(p)).collect::<Vec<_>>())
         };
         let decision = Decision::new(of(&|s| s.values[column]), (0..draws).map(|d| of(&|s| s.drawn[d][place])));
-        let metric = Metric::new("leed_option_1", "LEED v4.1 daylight option 1, at most", "points", leed::SOURCE);
-        metrics.push(
-            points(decision, metric)
-                .note("no credit yet: sDA needs the blinds of LM-83, which can only lower it; ASE above 10 % must be explained"),
-        );
+        let is_open =
+            groups.iter().filter(|(f, _)| f.faces_up.contains(&true)).any(|(f, _)| !doubts(samples.counting, f, f.shading).is_empty());
+        let (title, note) = match is_open {
+            true => (
+                "LEED v4.1 daylight option 1, at most",
+                "no credit yet: sDA needs all that LM-83 asks for, as its blinds, which can only lower it",
+            ),
+            false => ("LEED v4.1 daylight option 1", "by LM-83's sDA300/50% with its blinds"),
+        };
+        let metric = Metric::new("leed_option_1", title, "points", leed::SOURCE);
+        metrics.push(points(decision, metric).note(format!("{note}; ASE above 10 % must be explained")));
     }
     if let (Some(morning), Some(afternoon), Some([time, _])) = (counting.column(LEED[0]), counting.column(LEED[1]), &counting.equinox) {
         let share = |number: &dyn Fn(&SensorSample, usize) -> f64| {

@@ -30,7 +30,15 @@ impl Room {
         };
         let sensors: Vec<SensorSample> = lux.into_iter().map(sensor).collect();
         let positions = (0..20).map(|i| DVec3::new(f64::from(i % 5) * spacing, f64::from(i / 5) * spacing, 0.8)).collect();
-        let facts = GroupFacts { name: "room".into(), positions, faces_up: vec![true; 20], not_bare: None, outlook: Vec::new() };
+        let facts = GroupFacts {
+            name: "room".into(),
+            positions,
+            faces_up: vec![true; 20],
+            not_bare: None,
+            shading: Shading::Undeclared,
+            hours_in_sun: 0.0,
+            outlook: Vec::new(),
+        };
         Self { counting, noise, facts, sensors }
     }
 
