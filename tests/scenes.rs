@@ -201,6 +201,57 @@ fn every_project_can_be_read() {
     }
 }
 
+/// Every file of the worked examples is read, with what their README says of them.
+#[test]
+fn the_worked_examples_can_be_run() {
+    let pdlc = ["transparent", "int_1", "int_2", "int_3", "translucent"];
+    let moments = ["three_phase", "bsdf", "absdf", "edgps"].map(|method| format!("moments_{method}"));
+    let mut files: Vec<String> = ["genbsdf_blinds/project", "roller_fabric/project", "pdlc/controlled"].map(String::from).to_vec();
+    files.extend(pdlc.iter().map(|state| format!("pdlc/{state}")).chain(moments.iter().map(|m| format!("pdlc/{m}"))));
+    for file in &files {
+        let project = Project::read(&scenes().join(format!("{file}.toml"))).unwrap();
+        let mut warnings = Warnings::new();
+        let inputs = Inputs::read(&project, &mut warnings).unwrap();
+        let told: String = warnings.iter().map(ToString::to_string).collect();
+        assert!(!told.contains("sun and sky pass different windows"), "{file}: {told}");
+        let plane = inputs.sensors.iter().find(|g| g.name == "plane").map(|g| g.sensors.len());
+        assert_eq!(plane, (file.starts_with("pdlc/") && !file.contains("moments")).then_some(84), "{file}");
+        let states = inputs.windows[0].states.len();
+        assert_eq!(states, if file.ends_with("controlled") { 5 } else { 1 + usize::from(file.contains("moments")) }, "{file}");
+        // The sun passes slats, or scattering data; in three phases its patch of the sky.
+        assert_eq!(inputs.windows[0].states.iter().all(|s| s.shade.is_some() || s.pane.is_some()), !file.contains("three"), "{file}");
+    }
+}
+
+/// The systems of the PDLC example are those of the commands in its README, to three digits.
+#[test]
+fn the_pdlc_systems_are_what_their_readme_makes() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(scenes().join("pdlc/README.md")).unwrap();
+    let commands: Vec<&str> =
+        text.lines().filter(|line| line.starts_with("lucarne bsdf isotropic") || line.starts_with("lucarne bsdf layer")).collect();
+    assert_eq!(commands.len(), 4);
+    for line in commands {
+        let mut words: Vec<String> = vec![String::new()];
+        for (k, part) in line.split('"').enumerate() {
+            let pieces: Vec<&str> = if k % 2 == 1 { vec![part] } else { part.split(' ').collect() };
+            words.last_mut().unwrap().push_str(pieces[0]);
+            words.extend(pieces[1..].iter().map(ToString::to_string));
+        }
+        let output =
+            std::process::Command::new(env!("CARGO_BIN_EXE_lucarne")).args(&words[1..]).current_dir(folder.path()).output().unwrap();
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    for state in ["transparent", "translucent"] {
+        let made = bsdf::read(&folder.path().join(format!("{state}_system.xml")), &mut Warnings::new()).unwrap();
+        let kept = transmission(&format!("pdlc/{state}.xml"));
+        let made = bsdf::transmission_matrix(&made).unwrap();
+        for (a, b) in made.data().iter().zip(kept.data()) {
+            assert!((a - b).abs() <= 5.1e-3 * a.abs(), "{state}: {a} {b}");
+        }
+    }
+}
+
 #[test]
 fn the_blind_that_moves_follows_its_schedule() {
     let project = Project::read(&scenes().join("blinds/moving.toml")).unwrap();

@@ -47,7 +47,7 @@ pub(super) fn windows(results: &Results) -> Section {
     let windows = results.surroundings.iter().flat_map(|a| &a.project.windows);
     let mut files: Vec<PathBuf> = Vec::new();
     for window in windows {
-        let trees = window.states.iter().filter_map(|s| s.tensor_tree.as_ref()).chain(&window.tensor_tree);
+        let trees = window.states.iter().filter_map(|s| s.tensor_tree.as_ref()).chain(&window.tensor_tree).filter_map(|t| t.file.as_ref());
         files.extend(window.bsdf_files().into_iter().chain(trees).cloned());
     }
     files.sort();

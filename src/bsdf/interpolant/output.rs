@@ -90,7 +90,7 @@ fn finer(coarse: &[f32], side: usize) -> Vec<f32> {
     let half = side / 2;
     let near = |k: usize| {
         let c = k / 2;
-        (c, if k % 2 == 0 { c.saturating_sub(1) } else { (c + 1).min(half - 1) })
+        (c, if k.is_multiple_of(2) { c.saturating_sub(1) } else { (c + 1).min(half - 1) })
     };
     let mut fine = vec![0.0; side * side];
     for x in 0..side {

@@ -14,6 +14,7 @@ use crate::kernels::sun_matrix::pane::PaneBsdf;
 use crate::matrix::Matrix;
 use crate::scene::{Pane, Scene, Window};
 use crate::simulate::project::{Filling, Project, WindowSection};
+use crate::simulate::store::fingerprint::Fingerprint;
 use std::path::{Path, PathBuf};
 
 /// What fills a window, read.
@@ -96,6 +97,29 @@ impl Filled {
                 Ok(sees_sun.then_some(PaneBsdf::PeakBsdf(scattering)))
             }
         }
+    }
+
+    /// Its own scattering data, as suns meet them.
+    ///
+    /// # Errors
+    /// A clear pane; data that cannot be sampled, or without visible transmission.
+    pub(super) fn scattering(&self, project: &Path) -> Result<Scattering> {
+        let (data, file) = match self {
+            Self::Data(data, file) => (data, file.as_path()),
+            Self::Layers(data) => (data, project),
+            Self::Glass(_) => return Err(Error::new("a clear pane has no scattering data of its own")),
+        };
+        // `pane` warns of them.
+        checked(data, file, &mut Warnings::new())
+    }
+
+    /// What the sun depends on that meets its own data.
+    pub(super) fn inputs(&self, sees_peak: bool) -> Fingerprint {
+        let mut inputs = Fingerprint::new("own pane");
+        if let Self::Data(data, _) | Self::Layers(data) = self {
+            inputs.add(&data.visible);
+        }
+        *inputs.add(&sees_peak)
     }
 
     /// What it is, for people.

@@ -38,8 +38,8 @@ struct Transmittance {
 /// Warns of windows whose shade or tensor tree is not that of their BSDF at normal incidence.
 pub(super) fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) {
     for window in inputs.windows_in_all_states().iter().filter(|w| w.is_sunny()) {
-        // A clear pane is both, and so are layers.
-        if window.glass.is_some() || (window.shade.is_none() && is_of_layers(project, window)) {
+        // A clear pane is both, and so are the window's own data.
+        if window.glass.is_some() || (window.shade.is_none() && passes_own_data(project, window)) {
             continue;
         }
         let bsdf = of_bsdf(window);
@@ -72,10 +72,13 @@ pub(super) fn warn(project: &Project, inputs: &Inputs, warnings: &mut Warnings) 
     }
 }
 
-fn is_of_layers(project: &Project, window: &ProjectWindow) -> bool {
+fn passes_own_data(project: &Project, window: &ProjectWindow) -> bool {
     let section = project.windows.iter().find(|s| s.is_of(&window.name));
     let section = section.map(|s| s.in_state(usize::from(window.state)));
-    section.is_some_and(|s| matches!(s.filling, Filling::Layers(_)) && s.tensor_tree.is_none())
+    section.is_some_and(|s| match &s.tensor_tree {
+        Some(data) => data.file.is_none(),
+        None => matches!(s.filling, Filling::Layers(_)),
+    })
 }
 
 /// Beyond what is allowed, and beyond the noise.

@@ -4,6 +4,7 @@ use super::division::Division;
 use super::filling::{Filled, checked};
 use super::import::Imported;
 use super::shade::Shade;
+use crate::bsdf::evaluate::Scattering;
 use crate::bsdf::{self, Component};
 use crate::control::State;
 use crate::error::{Error, Result, Warnings};
@@ -12,7 +13,7 @@ use crate::matrix::Matrix;
 use crate::scene::points::Sensor;
 use crate::scene::{self, Pane, Scene, Window};
 use crate::simulate::project::names::alike;
-use crate::simulate::project::{Filling, Project, WindowSection};
+use crate::simulate::project::{Filling, Project, SunData, WindowSection};
 use crate::simulate::store::fingerprint::Fingerprint;
 use glam::DVec3;
 use std::path::Path;
@@ -212,8 +213,8 @@ impl StateReader {
         warnings: &mut Warnings,
     ) -> Result<WindowState> {
         let (section, bins) = (&self.section, window.basis.len());
-        if let (None, Some(file)) = (&self.tensor_tree, &section.tensor_tree) {
-            self.tensor_tree = Some(read_pane(file, warnings)?);
+        if let (None, Some(SunData { file: Some(file), sees_peak })) = (&self.tensor_tree, &section.tensor_tree) {
+            self.tensor_tree = Some(read_pane(file, *sees_peak, warnings)?);
         }
         let filled = match (self.data.take(), &section.filling, &*pane_of_scene) {
             (Some(data), ..) => data,
@@ -245,6 +246,13 @@ impl StateReader {
         };
         // Of layers the clear view is on the diagonal of T.
         let own_pane = own_pane.map(|data| SunPane { data, inputs: *Fingerprint::new("pane of layers").add(&transmission.data()) });
+        let own_pane = match &section.tensor_tree {
+            Some(SunData { file: None, sees_peak }) => {
+                let scattering = filled.scattering(&project.file).map_err(|e| section.place.of(e))?;
+                Some(SunPane { data: pane_bsdf(scattering, *sees_peak), inputs: filled.inputs(*sees_peak) })
+            }
+            _ => own_pane,
+        };
         let state = WindowState {
             name: name.to_string(),
             transmission,
@@ -258,17 +266,23 @@ impl StateReader {
     }
 }
 
-/// Scattering data as the sun meets them: with their through-peak, if they have one, as a clear view.
-fn read_pane(file: &Path, warnings: &mut Warnings) -> Result<SunPane> {
+/// Scattering data as the sun meets them: with their through-peak, if they have one and it is asked for, as a clear view.
+fn pane_bsdf(scattering: Scattering, sees_peak: bool) -> PaneBsdf {
+    if sees_peak && scattering.has_peak() { PaneBsdf::PeakBsdf(scattering) } else { PaneBsdf::Bsdf(scattering) }
+}
+
+fn read_pane(file: &Path, sees_peak: bool, warnings: &mut Warnings) -> Result<SunPane> {
     let scattering = checked(&bsdf::read(file, warnings)?, file, warnings)?;
     if scattering.lobe(Component::TransmissionFront).is_none() {
         return Err(Error::new("the BSDF has no transmission of wavelength Visible, so no sun passes it")
             .file(file)
             .help("use a file with Visible / Transmission Front or Transmission Back"));
     }
-    let inputs = *Fingerprint::new("pane").add_values(&crate::files::read(file)?);
-    let data = if scattering.has_peak() { PaneBsdf::PeakBsdf(scattering) } else { PaneBsdf::Bsdf(scattering) };
-    Ok(SunPane { data, inputs })
+    let mut inputs = *Fingerprint::new("pane").add_values(&crate::files::read(file)?);
+    if !sees_peak {
+        inputs.add(&"no peak");
+    }
+    Ok(SunPane { data: pane_bsdf(scattering, sees_peak), inputs })
 }
 
 /// Sensors must see some window from its room side, or the normals point the wrong way. Windows that no sensor
@@ -299,4 +313,54 @@ pub(super) fn check_sides(windows: &[ProjectWindow], sensors: &[Sensor], direct:
         );
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::Inputs;
+
+    /// The states of a window whose section ends with these lines.
+    fn states(lines: &str) -> Vec<WindowState> {
+        let folder = tempfile::tempdir().unwrap();
+        let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+        let window = std::fs::read_to_string(format!("{scenes}/glass_room/window.rad"))
+            .unwrap()
+            .replace("pane polygon", "#@rfluxmtx h=kq u=+Z\npane polygon");
+        std::fs::write(folder.path().join("window.rad"), window).unwrap();
+        let text = format!(
+            "[weather]\nfile = \"{scenes}/office/weather/new_york.wea\"\n[scene]\nfiles = [\"{scenes}/glass_room/room.rad\"]\n\
+             [[sensors]]\nname = \"room\"\npoints = \"{scenes}/glass_room/points.txt\"\n[[window]]\nname = \"south\"\n\
+             surface = \"window.rad\"\n{}\n",
+            lines.replace("BSDF/", &format!("{scenes}/bsdf/"))
+        );
+        std::fs::write(folder.path().join("project.toml"), text).unwrap();
+        let project = Project::read(&folder.path().join("project.toml")).unwrap();
+        Inputs::read(&project, &mut Warnings::new()).unwrap().windows[0].states.clone()
+    }
+
+    #[test]
+    fn the_sun_passes_a_windows_own_data_with_or_without_their_peak() {
+        let clear = |lines: &str| states(lines).remove(0).pane.unwrap();
+        let own = clear("bsdf = \"BSDF/clear.xml\"\ntensor_tree = \"own\"");
+        let file = clear("bsdf = \"BSDF/clear.xml\"\ntensor_tree = \"BSDF/clear.xml\"");
+        let spread = clear("bsdf = \"BSDF/clear.xml\"\ntensor_tree = \"own\"\npeak = false");
+        let through = |pane: &SunPane| pane.data.clear(DVec3::new(0.1, -0.3, 0.9).normalize())[1];
+        assert!(matches!(own.data, PaneBsdf::PeakBsdf(_)) && matches!(spread.data, PaneBsdf::Bsdf(_)));
+        assert!(through(&own) > 0.6 && through(&own) == through(&file) && through(&spread) == 0.0, "{}", through(&own));
+        assert_ne!(own.inputs, spread.inputs);
+        // Halfway to the other state; and layers.
+        let moving = states(
+            "[[window.state]]\nname = \"clear\"\nbsdf = \"BSDF/clear.xml\"\ntensor_tree = \"own\"\n\
+             [[window.state]]\nname = \"half\"\ninterpolate = [\"BSDF/clear.xml\", \"BSDF/cloudy.xml\", 0.5]\ntensor_tree = \"own\"\n\
+             [[window.state]]\nname = \"cloudy\"\nbsdf = \"BSDF/cloudy.xml\"\ntensor_tree = \"own\"\n\
+             [[window.state]]\nname = \"behind glass\"\nglazing = [\"glass:clear_3mm\", \"gap=16mm\", \"BSDF/clear.xml\"]\ntensor_tree = \"own\"",
+        );
+        let panes: Vec<SunPane> = moving.into_iter().map(|s| s.pane.unwrap()).collect();
+        let [a, half, b, behind] = [0, 1, 2, 3].map(|k| through(&panes[k]));
+        // The cloudy state scatters so much that its peak is none; halfway its share and the clear one's are averaged.
+        assert!((0.5..0.58).contains(&(half / a)) && b == 0.0, "{a} {half} {b}");
+        assert!((0.85..0.95).contains(&(behind / a)), "{behind} of {a}");
+        assert_ne!(panes[0].inputs, panes[1].inputs);
+    }
 }

@@ -4,7 +4,7 @@ use super::plan;
 use crate::error::Warnings;
 use crate::gpu::Device;
 use crate::progress::Silent;
-use crate::simulate::project::Preset;
+use crate::simulate::project::{Preset, SunData};
 use crate::simulate::{Inputs, Project, run};
 use std::path::{Path, PathBuf};
 
@@ -61,7 +61,8 @@ fn the_rays_of_every_phase_are_those_foretold() {
 fn suns_through_panes_in_pictures_cost_their_scattering_functions() {
     let blinds = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/blinds");
     let mut project = Project::read(&blinds.join("project.toml")).unwrap();
-    (project.windows[0].shade, project.windows[0].tensor_tree) = (None, Some(project.windows[0].bsdf_files()[0].to_path_buf()));
+    (project.windows[0].shade, project.windows[0].tensor_tree) =
+        (None, Some(SunData::of_file(project.windows[0].bsdf_files()[0].to_path_buf())));
     let seconds = |project: &Project| {
         let inputs = Inputs::read(project, &mut Warnings::new()).unwrap();
         plan(project, &inputs).unwrap().costs.iter().find(|p| p.name == "suns of seat").unwrap().slow_seconds

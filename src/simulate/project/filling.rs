@@ -47,9 +47,36 @@ impl Filling {
     }
 }
 
+/// Scattering data that the sun is traced through in place of a shade.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SunData {
+    /// Their file, XML of any kind; `None`: the data that the window is made of.
+    pub file: Option<PathBuf>,
+    /// Whether a through-peak is a clear view, as of Radiance's `aBSDF`; else it fills its bin or cell, as of `BSDF`.
+    pub sees_peak: bool,
+}
+
+impl SunData {
+    /// Data of a file, with the clear view through their peak.
+    pub fn of_file(file: PathBuf) -> Self {
+        Self { file: Some(file), sees_peak: true }
+    }
+}
+
 /// What the sun is traced through, of a window or one of its states.
-pub(super) fn ways(table: &mut Table<'_, '_>) -> Result<(Option<PathBuf>, Option<PathBuf>)> {
-    Ok((table.path("shade")?, table.path("tensor_tree")?))
+pub(super) fn ways(table: &mut Table<'_, '_>) -> Result<(Option<PathBuf>, Option<SunData>)> {
+    let shade = table.path("shade")?;
+    let tree = table.path_or_word::<()>("tensor_tree", "own")?.map(|way| SunData { file: way.ok(), sees_peak: true });
+    let data = match (tree, table.boolean("peak")?) {
+        (Some(data), Some(sees_peak)) => Some(SunData { sees_peak, ..data }),
+        (None, Some(_)) => {
+            return Err(table
+                .error("peak", "says how the sun passes a 'tensor_tree', but there is none")
+                .help("add tensor_tree = \"own\", the window's own scattering data, or the name of a file; or take 'peak' out"));
+        }
+        (data, None) => data,
+    };
+    Ok((shade, data))
 }
 
 /// Ways of the sun that contradict each other, or what the window is made of.

@@ -5,7 +5,7 @@
 //! meets nothing is under the open sky on that side. Glass that is no window stays in the scene as it is; light passes
 //! it all the same, found by chance. Scattering data elsewhere are an error: rays of a scene do not meet them.
 
-use super::filling::Filling;
+use super::filling::{Filling, SunData};
 use super::parts::Parts;
 use super::sections::WindowSection;
 use super::table::Place;
@@ -134,12 +134,12 @@ fn of_data(
     along: bool,
     origin: &SurfaceOrigin,
     warnings: &mut Warnings,
-) -> Result<(Filling, Option<PathBuf>, String)> {
+) -> Result<(Filling, Option<SunData>, String)> {
     let read = bsdf::read(&data.file, &mut Warnings::new())?;
     let basis = basis_of(&read).map_err(|e| e.file(&data.file))?;
     let parameters = format!("h={basis} u={},{},{}", data.up.x, data.up.y, data.up.z);
     if along {
-        return Ok((Filling::Bsdf(data.file.clone()), data.sees_through.then(|| data.file.clone()), parameters));
+        return Ok((Filling::Bsdf(data.file.clone()), data.sees_through.then(|| SunData::of_file(data.file.clone())), parameters));
     }
     let lost = if data.sees_through { "; suns are spread over its bins" } else { "" };
     warnings.push(

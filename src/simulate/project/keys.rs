@@ -162,7 +162,18 @@ pub const SECTIONS: &[Section] = &[
                 "Windows of one group change their states together; these have the same names in the same order.",
             ),
             key("shade", "path", "–", "Real slats and panes that five phases trace the sun through."),
-            key("tensor_tree", "path: XML", "–", "Scattering data of high resolution that five phases trace the sun through."),
+            key(
+                "tensor_tree",
+                "path: XML, or `own`",
+                "–",
+                "Scattering data that five phases trace the sun through, of high resolution; `own`: those that the window is made of.",
+            ),
+            key(
+                "peak",
+                "true or false",
+                "true",
+                "Whether a through-peak of `tensor_tree` is a clear view, as of Radiance's `aBSDF`; false: it fills its bin, as of `BSDF`.",
+            ),
             key("daylight", "path: matrix", "traced", "D made elsewhere: rows bins, columns patches, the ground first."),
             key("daylight_direct", "path: matrix", "required by five phases beside `daylight`", "Its direct part, Dd."),
             key(
@@ -186,10 +197,11 @@ pub const SECTIONS: &[Section] = &[
             key("shade", "path", "–", "Real slats and panes that five phases trace the sun through in this state."),
             key(
                 "tensor_tree",
-                "path: XML",
+                "path: XML, or `own`",
                 "–",
-                "Scattering data of high resolution that five phases trace the sun through in this state.",
+                "Scattering data that five phases trace the sun through in this state; `own`: those that the state is made of.",
             ),
+            key("peak", "true or false", "true", "As of `[[window]]`."),
         ],
     },
     Section {

@@ -29,7 +29,7 @@
 //! # bsdf = "bsdf/clear.xml"           # scattering data
 //! # glazing = ["glass:clear_6mm", "gap=16mm", "film.xml"]  # layers from outside to inside
 //! shade = "blinds.rad"                # optional: slats and panes the sun is traced through
-//! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution
+//! # tensor_tree = "blinds_t4.xml"     # or scattering data of high resolution; "own": those of the window itself
 //! # daylight = "D.mtx"                # optional: a matrix made elsewhere, see import
 //! # parts = "auto"                    # or 16, or [4, 4]: over what parts of it V and D are averaged; left out: 1
 //! # group = "south"                   # windows of one group change their states together; left out: its name
@@ -112,7 +112,7 @@ pub mod weather;
 use self::control::ControlSection;
 pub use self::document::Place;
 use self::document::Places;
-pub(crate) use self::filling::Filling;
+pub(crate) use self::filling::{Filling, SunData};
 use self::found::Found;
 use self::glare::GlareSection;
 use self::method::{Asked, Choice, Glazing, MethodSection};

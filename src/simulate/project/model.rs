@@ -14,7 +14,7 @@
 //! `surface = "room.hbjson#south"`, `points = "room.hbjson#Workplane"`, `file = "room.hbjson#desk"` of a view,
 //! `bsdf = "room.hbjson#blind"` of a modifier.
 
-use super::filling::Filling;
+use super::filling::{Filling, SunData};
 use super::given::GivenPictures;
 use super::parts::Parts;
 use super::sections::{SensorPoints, SensorsSection, WindowSection};
@@ -55,7 +55,7 @@ impl NamedModel {
     pub fn windows(&self) -> Vec<WindowSection> {
         let sun = |name: &str, sun: Option<&ModelSun>| match sun {
             Some(ModelSun::Shade(_)) => (Some(self.part(name)), None),
-            Some(ModelSun::Bsdf(data)) => (None, Some(data.clone())),
+            Some(ModelSun::Bsdf(data)) => (None, Some(SunData::of_file(data.clone()))),
             None => (None, None),
         };
         let section = |window: &honeybee::ModelWindow| {

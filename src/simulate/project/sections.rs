@@ -1,6 +1,6 @@
 //! `[scene]`, `[[window]]`, `[[sensors]]`.
 
-use super::filling::{Filling, check_ways, filling, ways};
+use super::filling::{Filling, SunData, check_ways, filling, ways};
 use super::given::ImportSection;
 use super::names::{check, name};
 use super::parts::Parts;
@@ -31,8 +31,8 @@ pub struct WindowSection {
     pub place: Place,
     /// Slats and panes that the sun is traced through, Radiance file.
     pub shade: Option<PathBuf>,
-    /// Scattering data that the sun is traced through in place of a shade, XML of any kind.
-    pub tensor_tree: Option<PathBuf>,
+    /// Scattering data that the sun is traced through in place of a shade.
+    pub tensor_tree: Option<SunData>,
     /// The windows that it moves with: its own name, if none is given.
     pub group: String,
     /// Where that stands in the project file.

@@ -1,7 +1,7 @@
 //! `[[window.state]]`: the states of a window.
 
 use super::document::Place;
-use super::filling::{Filling, check_ways, filling, ways};
+use super::filling::{Filling, SunData, check_ways, filling, ways};
 use super::names::{self, alike};
 use super::table::Table;
 use crate::error::Result;
@@ -19,7 +19,7 @@ pub struct StateSection {
     /// Slats and panes that the sun is traced through in it.
     pub shade: Option<PathBuf>,
     /// Scattering data that the sun is traced through in place of a shade.
-    pub tensor_tree: Option<PathBuf>,
+    pub tensor_tree: Option<SunData>,
 }
 
 impl StateSection {
