@@ -2,7 +2,7 @@
 
 use super::super::states::{LightOfState, StateLight};
 use super::glare::DgpOfStates;
-use super::{fault_of, plans};
+use super::groups::{fault_of, plans};
 use crate::control::optimum::{self, Aim, Lights, Limit, Marginal, Optimum, Problem};
 use crate::control::{Facade, Schedule, State};
 use crate::error::{Error, Result};

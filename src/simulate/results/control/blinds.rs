@@ -3,7 +3,7 @@
 
 use super::super::states::StateLight;
 use super::super::suns::TracedSuns;
-use super::{fault_of, plans};
+use super::groups::{fault_of, plans};
 use crate::control::{Schedule, State};
 use crate::error::{Error, Result};
 use crate::matrix::Matrix;

@@ -3,8 +3,8 @@
 use super::super::illuminance::luminous;
 use super::super::states::StateLight;
 use super::super::views::Made;
-use super::fault_of;
 use super::glare::DgpOfStates;
+use super::groups::fault_of;
 use crate::control::rules::{Reading, Rule, Signal, Statistic, Values};
 use crate::control::{Schedule, State};
 use crate::error::{Error, Result};

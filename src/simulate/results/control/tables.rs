@@ -1,6 +1,7 @@
 //! What was decided, for people: `control/reasons.csv`, `control/signals.csv`, `control/values.csv`, the summary.
 
-use super::{Decision, OfRules, fault_of};
+use super::decide::{Decision, OfRules};
+use super::groups::fault_of;
 use crate::control::optimum::Marginal;
 use crate::control::rules::{Decided, Reading, Signal, Statistic};
 use crate::error::{Error, Result, Warnings};
