@@ -95,7 +95,9 @@ fn the_examples_of_the_guide_work() {
         fs::copy(&path, folder.path().join(path.file_name().unwrap())).unwrap();
     }
     let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/guide/bsdf.md")).unwrap();
-    let examples: Vec<&str> = page.split('`').filter(|s| s.starts_with("lucarne bsdf ") && !s.ends_with("VERB")).collect();
+    // Scans have a test of their own, which makes some.
+    let is_example = |s: &&str| s.starts_with("lucarne bsdf ") && !s.ends_with("VERB") && !s.contains("scans/");
+    let examples: Vec<&str> = page.split('`').filter(is_example).collect();
     assert!(examples.len() >= 10, "{examples:?}");
     for example in examples {
         let output = line(folder.path(), example);
@@ -111,7 +113,7 @@ fn the_examples_of_the_guide_work() {
 #[test]
 fn every_verb_has_an_example_in_its_help() {
     let here = Path::new(".");
-    for verb in ["generate", "info", "check", "isotropic", "layer", "plot", "interpolate", "convert", "diff"] {
+    for verb in ["generate", "info", "check", "isotropic", "layer", "plot", "interpolate", "convert", "diff", "fit", "peaks"] {
         let help = text(&lucarne(here, &["bsdf", verb, "--help"]).stdout);
         assert!(help.contains("Example") && help.contains(&format!("lucarne bsdf {verb} ")), "{verb}: {help}");
     }

@@ -84,10 +84,10 @@ fn peak(block: &Block, basis: &AngleBasis, bin: usize) -> Option<f64> {
     (ahead > PUBLISHED_CONTRAST * surround).then(|| (ahead - surround) * basis.projected_solid_angle(bin))
 }
 
-/// Whether what is outside is seen through a window, in one of its states at least: of the light that comes square to it more goes
-/// straight on than is scattered.
+/// Whether what is outside is seen through a window without states, or one of its states: of the light that comes square to it more
+/// goes straight on than is scattered.
 pub(crate) fn is_seen_through(project: &Project, window: &WindowSection) -> bool {
-    window.each_state().iter().any(|s| s.filling.is_clear()) || data_of_states(project, window).iter().flatten().any(shows_view)
+    window.filling.is_clear() || data_of_states(project, window).iter().flatten().any(shows_view)
 }
 
 fn shows_view(bsdf: &Bsdf) -> bool {

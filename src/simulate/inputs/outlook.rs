@@ -63,7 +63,8 @@ impl<'a> Outlook<'a> {
         let solid: Vec<_> =
             scene.triangles.iter().filter(|t| !matches!(kind(t), MaterialKind::Void | MaterialKind::Glass { .. })).collect();
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
-        let windows: Vec<(&Window, bool)> = inputs.windows.iter().map(|w| (&w.window, w.see_through)).collect();
+        let windows: Vec<(&Window, bool)> =
+            inputs.windows.iter().enumerate().map(|(i, w)| (&w.window, inputs.is_seen_through(i))).collect();
         Some(Self {
             level: solid.iter().map(|t| normal(t.vertices).z.abs() > LEVEL_GROUND).collect(),
             solid: Caster::new(solid.iter().map(|t| t.vertices).collect()),

@@ -128,6 +128,13 @@ impl Inputs {
         self.uses(window).iter().any(|u| u.is_sunny)
     }
 
+    /// Whether what is outside is seen through a window in any state that it is ever in.
+    pub(crate) fn is_seen_through(&self, window: usize) -> bool {
+        let window = &self.windows[window];
+        let ever = |group: usize| self.used(group).iter().any(|s| window.states[usize::from(*s)].see_through);
+        window.group.map_or(window.see_through, ever)
+    }
+
     /// States that windows are ever in, each as a window of its own.
     pub(crate) fn windows_in_use(&self) -> Vec<ProjectWindow> {
         self.windows_in(|group| self.used(group))

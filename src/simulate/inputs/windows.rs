@@ -35,7 +35,7 @@ pub struct ProjectWindow {
     pub transmission: Matrix<f64>,
     /// What it is made of, for people.
     pub made_of: String,
-    /// Whether what is outside is seen through it, in one of its states at least.
+    /// Whether what is outside is seen through it.
     pub see_through: bool,
     /// The clear pane that it is, if it is one; the sun is traced through it (`shade`).
     pub glass: Option<Pane>,
@@ -62,6 +62,8 @@ pub struct WindowState {
     pub transmission: Matrix<f64>,
     /// As of [`ProjectWindow`].
     pub made_of: String,
+    /// As of [`ProjectWindow`].
+    pub see_through: bool,
     /// As of [`ProjectWindow`].
     pub glass: Option<Pane>,
     /// As of [`ProjectWindow`].
@@ -98,9 +100,9 @@ impl ProjectWindow {
     /// # Panics
     /// If there is no such one.
     pub(crate) fn take_state(&mut self, number: State) {
-        let WindowState { transmission, made_of, glass, shade, pane, .. } = self.states[usize::from(number)].clone();
-        (self.transmission, self.made_of, self.glass, self.shade, self.pane, self.state) =
-            (transmission, made_of, glass, shade, pane, number);
+        let WindowState { name: _, transmission, made_of, see_through, glass, shade, pane } = self.states[usize::from(number)].clone();
+        (self.transmission, self.made_of, self.see_through) = (transmission, made_of, see_through);
+        (self.glass, self.shade, self.pane, self.state) = (glass, shade, pane, number);
     }
 
     /// Bins of all its parts: columns of V and rows of D.
@@ -140,7 +142,7 @@ pub(super) fn read_windows(
     warnings: &mut Warnings,
 ) -> Result<Vec<ProjectWindow>> {
     let surfaces = read_surfaces(project, section, warnings)?;
-    let mut states: Vec<StateReader> = section.each_state().into_iter().map(StateReader::new).collect();
+    let mut states: Vec<StateReader> = section.each_state().into_iter().map(|s| StateReader::new(project, s)).collect();
     let single = surfaces.len() == 1;
     if let (Some(_), [first, second, ..]) = (&section.daylight, &surfaces[..]) {
         return Err(Error::new(format!(
@@ -155,7 +157,6 @@ pub(super) fn read_windows(
             .file(&section.surface)
             .help("give each its own [[window]] with its own shade"));
     }
-    let see_through = super::glazing::is_seen_through(project, section);
     let mut windows = Vec::new();
     for window in surfaces {
         let bins = window.basis.len();
@@ -176,7 +177,7 @@ pub(super) fn read_windows(
             window,
             transmission: first.transmission,
             made_of: first.made_of,
-            see_through,
+            see_through: first.see_through,
             glass: first.glass,
             shade: first.shade,
             pane: first.pane,
@@ -193,14 +194,16 @@ pub(super) fn read_windows(
 struct StateReader {
     /// The section in this state.
     section: WindowSection,
+    /// As of [`ProjectWindow`].
+    see_through: bool,
     /// Scattering data, which are the same for all its windows.
     data: Option<Filled>,
     tensor_tree: Option<SunPane>,
 }
 
 impl StateReader {
-    fn new(section: WindowSection) -> Self {
-        Self { section, data: None, tensor_tree: None }
+    fn new(project: &Project, section: WindowSection) -> Self {
+        Self { see_through: super::glazing::is_seen_through(project, &section), section, data: None, tensor_tree: None }
     }
 
     /// What a window is in it; `pane_of_scene` is the glass that another of its states has taken out of the scene.
@@ -257,6 +260,7 @@ impl StateReader {
             name: name.to_string(),
             transmission,
             made_of: filled.describe(section),
+            see_through: self.see_through,
             glass,
             shade,
             pane: self.tensor_tree.clone().or(own_pane),

@@ -68,7 +68,10 @@ fn of_views(context: &Context<'_>, seen: &[Seen], sensors: usize) -> Metric {
         .class(&class, |l| l.name().into())
         .note(format!("{eyes}, {EYE_HEIGHT} m above the floor; the level is that of {:.0} % of them", 100.0 * view_out::AREA))
         .note("geometry alone: blinds are away, and colour and size of the openings are not looked at");
-    let blurred: Vec<&str> = context.inputs.windows.iter().filter(|w| !w.see_through).map(|w| w.name.as_str()).collect();
+    let blurred: Vec<&str> = (context.inputs.windows.iter().enumerate())
+        .filter(|(i, _)| !context.inputs.is_seen_through(*i))
+        .map(|(_, w)| w.name.as_str())
+        .collect();
     if blurred.is_empty() { metric } else { metric.note(format!("windows '{}' scatter most of the light: no view", blurred.join("', '"))) }
 }
 
