@@ -324,8 +324,8 @@ mod tests {
     use super::*;
     use crate::simulate::Inputs;
 
-    /// The states of a window whose section ends with these lines.
-    fn states(lines: &str) -> Vec<WindowState> {
+    /// What suns pass in each state of a window whose section ends with these lines; without states, in the window.
+    fn panes(lines: &str) -> Vec<SunPane> {
         let folder = tempfile::tempdir().unwrap();
         let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
         let window = std::fs::read_to_string(format!("{scenes}/glass_room/window.rad"))
@@ -340,12 +340,14 @@ mod tests {
         );
         std::fs::write(folder.path().join("project.toml"), text).unwrap();
         let project = Project::read(&folder.path().join("project.toml")).unwrap();
-        Inputs::read(&project, &mut Warnings::new()).unwrap().windows[0].states.clone()
+        let window = Inputs::read(&project, &mut Warnings::new()).unwrap().windows.remove(0);
+        let of_states = window.states.iter().map(|s| s.pane.clone().unwrap()).collect();
+        if window.states.is_empty() { vec![window.pane.unwrap()] } else { of_states }
     }
 
     #[test]
     fn the_sun_passes_a_windows_own_data_with_or_without_their_peak() {
-        let clear = |lines: &str| states(lines).remove(0).pane.unwrap();
+        let clear = |lines: &str| panes(lines).remove(0);
         let own = clear("bsdf = \"BSDF/clear.xml\"\ntensor_tree = \"own\"");
         let file = clear("bsdf = \"BSDF/clear.xml\"\ntensor_tree = \"BSDF/clear.xml\"");
         let spread = clear("bsdf = \"BSDF/clear.xml\"\ntensor_tree = \"own\"\npeak = false");
@@ -354,13 +356,12 @@ mod tests {
         assert!(through(&own) > 0.6 && through(&own) == through(&file) && through(&spread) == 0.0, "{}", through(&own));
         assert_ne!(own.inputs, spread.inputs);
         // Halfway to the other state; and layers.
-        let moving = states(
+        let panes = panes(
             "[[window.state]]\nname = \"clear\"\nbsdf = \"BSDF/clear.xml\"\ntensor_tree = \"own\"\n\
              [[window.state]]\nname = \"half\"\ninterpolate = [\"BSDF/clear.xml\", \"BSDF/cloudy.xml\", 0.5]\ntensor_tree = \"own\"\n\
              [[window.state]]\nname = \"cloudy\"\nbsdf = \"BSDF/cloudy.xml\"\ntensor_tree = \"own\"\n\
              [[window.state]]\nname = \"behind glass\"\nglazing = [\"glass:clear_3mm\", \"gap=16mm\", \"BSDF/clear.xml\"]\ntensor_tree = \"own\"",
         );
-        let panes: Vec<SunPane> = moving.into_iter().map(|s| s.pane.unwrap()).collect();
         let [a, half, b, behind] = [0, 1, 2, 3].map(|k| through(&panes[k]));
         // The cloudy state scatters so much that its peak is none; halfway its share and the clear one's are averaged.
         assert!((0.5..0.58).contains(&(half / a)) && b == 0.0, "{a} {half} {b}");
