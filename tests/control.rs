@@ -4,6 +4,7 @@
 mod device;
 #[path = "../src/testing.rs"]
 mod testing;
+mod two_windows;
 
 use device::device;
 use lucarne::Warnings;
@@ -18,39 +19,9 @@ use lucarne::simulate::project::metrics::MetricsSection;
 use lucarne::simulate::year::metrics::judge_folder;
 use lucarne::simulate::{Plan, Project, Summary, Year};
 use std::path::Path;
+use two_windows::LOUVRE;
 
-const LOUVRE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/asymmetric/louvre.xml");
-const MATERIALS: &str = "void plastic wall 0 0 5 .5 .5 .5 0 0\nvoid plastic grey 0 0 5 .4 .4 .4 0 0\n";
 const OPEN: &str = "[[window.state]]\nname = \"open\"\nglass = 0.65\n";
-
-/// The files of a room with two windows in its south wall, on a day of March with sun from 8:00 to 16:00.
-fn room(folder: &Path) {
-    let sun = |h: usize| match h {
-        8..16 => "500 150",
-        16 => "0 100",
-        _ => "0 0",
-    };
-    let weather: String = (0..24).map(|h| format!("3 21 {h}.5 {}\n", sun(h))).collect();
-    let window = |low: f64, high: f64| {
-        format!(
-            "void glow light 0 0 4 1 1 1 0\n#@rfluxmtx h=kq u=+Z\nlight polygon w 0 0 12 {low} 0 1 {low} 0 2.4 {high} 0 2.4 {high} 0 1\n"
-        )
-    };
-    let slat = |z: f64| format!("grey polygon slat{z} 0 0 12 0.5 -.05 {z} 2.5 -.05 {z} 2.5 -.2 {low} 0.5 -.2 {low}\n", low = z - 0.1);
-    let slats: String = [1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.4].map(slat).concat();
-    for (name, text) in [
-        ("day.wea", format!("place X\nlatitude 45\nlongitude 0\ntime_zone 0\nsite_elevation 0\nweather_data_file_units 1\n{weather}")),
-        ("room.rad", MATERIALS.to_string() + include_str!("data/plain_room.rad")),
-        ("west.rad", window(0.5, 1.5)),
-        ("east.rad", window(1.5, 2.5)),
-        ("slats.rad", slats),
-        ("points.txt", "0.8 0.7 0.8 0 0 1\n2.2 1.5 0.8 0 0 1\n1.5 2.5 0.8 0 0 1\n1.2 3.5 0.8 0 0 1\n".to_string()),
-        ("eyes.txt", "1.5 2.5 1.2 0 -1 0\n0.9 1.5 1.2 0 -1 0\n".to_string()),
-        ("v.vf", "rvu -vta -vp 1.5 2.5 1.2 -vd 0 -1 0 -vh 180 -vv 180\n".to_string()),
-    ] {
-        std::fs::write(folder.join(name), text).unwrap();
-    }
-}
 
 fn slats() -> String {
     format!("[[window.state]]\nname = \"slats\"\nbsdf = \"{LOUVRE}\"\nshade = \"slats.rad\"\n")
@@ -144,7 +115,7 @@ fn a_rule_gives_the_bits_of_the_table_of_states_that_it_chose() {
     let Some(device) = device("control by rules") else { return };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    room(folder);
+    two_windows::write(folder, 2.5);
     let seen =
         "[[view]]\nname = \"seat\"\nfile = \"v.vf\"\nresolution = [24, 24]\n[images]\nhours = [1908, 1911]\n[glare]\nmethod = \"image\"\n";
     for (i, (rule, signal, limit)) in [
@@ -190,7 +161,7 @@ fn light_on_the_facade_is_that_of_the_sky_before_it() {
     let Some(device) = device("control by rules") else { return };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    room(folder);
+    two_windows::write(folder, 2.5);
     // Half of a uniform sky and half of the ground: 10,000 lx on the ground, 0.2 of it back.
     let rule = |rule: &str| format!("{}[control]\nwest = {{ rule = \"{rule}\" }}\n", three());
     let uniform = "sky = \"cie uniform\"";
@@ -228,7 +199,7 @@ fn lm83_closes_just_the_blinds_that_it_must() {
     let Some(device) = device("LM-83's blinds") else { return };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    room(folder);
+    two_windows::write(folder, 2.5);
     let control = "[control]\nwest = \"lm-83\"\neast = { lm-83 = [\"open\", \"slats\"] }\n";
     let (summary, told) = run(&device, folder, &(both() + control), "out");
     let out = folder.join("out");
@@ -271,7 +242,7 @@ fn sda_of_a_year_with_its_blinds_is_lm83s_and_ase_knows_none() {
     let Some(device) = device("LM-83's blinds") else { return };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    room(folder);
+    two_windows::write(folder, 2.5);
     let desks: String = (0..24).map(|i| format!("{} {} 0.8 0 0 1\n", 0.6 + 0.6 * f64::from(i % 4), 0.6 + 0.6 * f64::from(i / 4))).collect();
     std::fs::write(folder.join("points.txt"), desks).unwrap();
     let weather = format!("file = \"{}\"", testing::new_york().display());
@@ -327,7 +298,7 @@ fn the_optimum_of_a_run_is_the_best_of_all_combinations_of_what_it_wrote() {
     let Some(device) = device("optimal states") else { return };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    room(folder);
+    two_windows::write(folder, 2.5);
     let control = "[control]\nwest = \"optimal\"\neast = \"optimal\"\n[optimal]\neyes = \"eyes\"\n";
     type Gain = fn(&[f64]) -> f64;
     let daylight: Gain = |lux| lux.iter().sum::<f64>() / 4.0;
@@ -427,7 +398,7 @@ fn dgp_of_a_view_decides_by_rules_and_limits_the_optimum() {
     let Some(device) = device("control by glare") else { return };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    room(folder);
+    two_windows::write(folder, 2.5);
     for method in ["image", "imageless", "dgps", "edgps"] {
         let seen = format!("{}[[view]]\nname = \"seat\"\nfile = \"v.vf\"\nresolution = [24, 24]\n[glare]\nmethod = \"{method}\"\n", one());
         // Without control each state has its own results.
@@ -485,7 +456,7 @@ fn dgp_of_a_view_decides_by_rules_and_limits_the_optimum() {
 fn what_cannot_be_decided_is_refused_and_what_will_be_is_planned() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    room(folder);
+    two_windows::write(folder, 2.5);
     let said = |rest: &str| {
         let mut warnings = Warnings::new();
         let read = project(folder, "file = \"day.wea\"", rest).and_then(|project| Plan::new(project, &mut warnings));
@@ -530,7 +501,7 @@ fn what_shows_in_the_run_is_refused_or_told_there() {
     let Some(device) = device("control by rules") else { return };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    room(folder);
+    two_windows::write(folder, 2.5);
     let refused = |weather: &str, rest: &str| {
         let plan = Plan::new(project(folder, weather, rest).unwrap(), &mut Warnings::new()).unwrap();
         plan.write(&device, &folder.join("refused"), &Silent, &mut Warnings::new()).unwrap_err().to_string()
@@ -546,7 +517,7 @@ fn what_shows_in_the_run_is_refused_or_told_there() {
     std::fs::write(folder.join("points.txt"), "1 2 1.2 0 -1 0\n").unwrap();
     let error = refused(day, &format!("{}[control]\nwest = \"lm-83\"\n", one()));
     assert!(error.contains("face up"), "{error}");
-    room(folder);
+    two_windows::write(folder, 2.5);
     // Closed blinds ask to be opened: that is told.
     let rule = "slats if sun on desks as set > 1000 lx";
     let (summary, told) = run(&device, folder, &format!("{}[control]\nwest = {{ rule = \"{rule}\" }}\n", one()), "oscillates");

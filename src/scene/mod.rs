@@ -161,6 +161,14 @@ pub struct Triangle {
     pub surface: u32,
 }
 
+impl Triangle {
+    /// Unit normal of its front; zero of one without area.
+    pub(crate) fn normal(&self) -> DVec3 {
+        let [a, b, c] = self.vertices;
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+}
+
 /// Where a group of triangles came from, for messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SurfaceOrigin {

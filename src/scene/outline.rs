@@ -197,7 +197,7 @@ pub fn edges(scene: &Scene) -> Vec<[DVec3; 2]> {
     let key = |p: DVec3| (p * 1e4).round().as_i64vec3();
     let mut seen: HashMap<_, (usize, DVec3, [DVec3; 2], bool)> = HashMap::new();
     for t in &scene.triangles {
-        let normal = (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).normalize_or_zero();
+        let normal = t.normal();
         for k in 0..3 {
             let (a, b) = (t.vertices[k], t.vertices[(k + 1) % 3]);
             let (p, q) = (key(a), key(b));

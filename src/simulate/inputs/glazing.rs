@@ -1,7 +1,7 @@
 //! What the windows' glazing asks of the method: a panel that spreads all light evenly blurs what finer
 //! skies and traced suns would add.
 
-use super::filling::data_of_states;
+use super::filling::{Filled, data_of_states};
 use crate::bins::{AngleBasis, KlemsBasis, ReinhartSky};
 use crate::bsdf::peak::PUBLISHED_CONTRAST;
 use crate::bsdf::{Block, Bsdf};
@@ -84,10 +84,12 @@ fn peak(block: &Block, basis: &AngleBasis, bin: usize) -> Option<f64> {
     (ahead > PUBLISHED_CONTRAST * surround).then(|| (ahead - surround) * basis.projected_solid_angle(bin))
 }
 
-/// Whether what is outside is seen through a window without states, or one of its states: of the light that comes square to it more
-/// goes straight on than is scattered.
-pub(crate) fn is_seen_through(project: &Project, window: &WindowSection) -> bool {
-    window.filling.is_clear() || data_of_states(project, window).iter().flatten().any(shows_view)
+/// Whether what is outside is seen through: of the light that comes square to it more goes straight on than is scattered.
+pub(super) fn is_seen_through(filled: &Filled) -> bool {
+    match filled {
+        Filled::Data(data, _) | Filled::Layers(data) => shows_view(data),
+        Filled::Glass(_) => true,
+    }
 }
 
 fn shows_view(bsdf: &Bsdf) -> bool {

@@ -62,11 +62,10 @@ impl<'a> Outlook<'a> {
         let kind = |t: &&crate::scene::Triangle| scene.materials[t.material.0 as usize].kind;
         let solid: Vec<_> =
             scene.triangles.iter().filter(|t| !matches!(kind(t), MaterialKind::Void | MaterialKind::Glass { .. })).collect();
-        let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
         let windows: Vec<(&Window, bool)> =
             inputs.windows.iter().enumerate().map(|(i, w)| (&w.window, inputs.is_seen_through(i))).collect();
         Some(Self {
-            level: solid.iter().map(|t| normal(t.vertices).z.abs() > LEVEL_GROUND).collect(),
+            level: solid.iter().map(|t| t.normal().z.abs() > LEVEL_GROUND).collect(),
             solid: Caster::new(solid.iter().map(|t| t.vertices).collect()),
             openings: Caster::new(windows.iter().flat_map(|(w, _)| w.triangles.clone()).collect())?,
             window_of: windows.iter().enumerate().flat_map(|(i, (w, _))| vec![i; w.triangles.len()]).collect(),

@@ -71,7 +71,7 @@ impl Walker {
             sky: matches!(light, Light::Sky),
             windows: Caster::new(panes.iter().map(|(t, _)| *t).collect()),
             normals: panes.iter().map(|(_, w)| (w.frame.z, w.area().sqrt())).collect(),
-            front: solid.iter().map(|t| (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).normalize_or_zero()).collect(),
+            front: solid.iter().map(|t| t.normal()).collect(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::division::Division;
 use super::filling::{Filled, checked};
+use super::glazing::is_seen_through;
 use super::import::Imported;
 use super::shade::Shade;
 use crate::bsdf::evaluate::Scattering;
@@ -142,7 +143,7 @@ pub(super) fn read_windows(
     warnings: &mut Warnings,
 ) -> Result<Vec<ProjectWindow>> {
     let surfaces = read_surfaces(project, section, warnings)?;
-    let mut states: Vec<StateReader> = section.each_state().into_iter().map(|s| StateReader::new(project, s)).collect();
+    let mut states: Vec<StateReader> = section.each_state().into_iter().map(StateReader::new).collect();
     let single = surfaces.len() == 1;
     if let (Some(_), [first, second, ..]) = (&section.daylight, &surfaces[..]) {
         return Err(Error::new(format!(
@@ -194,16 +195,14 @@ pub(super) fn read_windows(
 struct StateReader {
     /// The section in this state.
     section: WindowSection,
-    /// As of [`ProjectWindow`].
-    see_through: bool,
     /// Scattering data, which are the same for all its windows.
     data: Option<Filled>,
     tensor_tree: Option<SunPane>,
 }
 
 impl StateReader {
-    fn new(project: &Project, section: WindowSection) -> Self {
-        Self { see_through: super::glazing::is_seen_through(project, &section), section, data: None, tensor_tree: None }
+    fn new(section: WindowSection) -> Self {
+        Self { section, data: None, tensor_tree: None }
     }
 
     /// What a window is in it; `pane_of_scene` is the glass that another of its states has taken out of the scene.
@@ -260,7 +259,7 @@ impl StateReader {
             name: name.to_string(),
             transmission,
             made_of: filled.describe(section),
-            see_through: self.see_through,
+            see_through: is_seen_through(&filled),
             glass,
             shade,
             pane: self.tensor_tree.clone().or(own_pane),

@@ -179,10 +179,7 @@ impl Surroundings {
         let luminance = |p: usize| of_row(sky.row(p)) / sky.cols().max(1) as f64;
         Some(Self {
             kinds: solid.iter().map(|t| kind(t)).collect(),
-            fronts: solid
-                .iter()
-                .map(|t| (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).normalize_or_zero())
-                .collect(),
+            fronts: solid.iter().map(|t| t.normal()).collect(),
             solid: Caster::new(solid.iter().map(|t| t.vertices).collect()),
             windows: Caster::new(inputs.windows.iter().flat_map(|w| w.window.triangles.clone()).collect())?,
             openings: inputs.windows.iter().map(|w| Opening::new(&w.window)).collect(),
